@@ -1,0 +1,27 @@
+"""The exceptions that the library raises on purpose."""
+
+from pathlib import Path
+
+
+class CorsmalError(Exception):
+    """Root of every error that the library raises on purpose; its text is one sentence for the user."""
+
+
+class ArgumentError(CorsmalError, ValueError):
+    """An argument has the wrong shape, type or range; the text names it, what was expected and what came."""
+
+
+class FileError(CorsmalError):
+    """A file is absent, broken or not what it should be; the text names it and says what to do."""
+
+    def __init__(self, path: str | Path, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+        self.path = Path(path)
+        self.problem = problem
+
+    def __reduce__(self) -> tuple[type["FileError"], tuple[Path, str]]:
+        return type(self), (self.path, self.problem)
+
+
+class NotFoundError(CorsmalError, LookupError):
+    """A recording, view or result that was asked for is not there; the text says what there is instead."""
