@@ -6,7 +6,7 @@ chosen and why.
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 from corsmal.errors import ArgumentError
 
@@ -16,10 +16,10 @@ CONTAINER_CLASSES = {44: "bottle", 46: "wine glass", 47: "cup", 84: "book", 86: 
 PAIRS = (("view3", "view1"), ("view3", "view2"))
 """The pairs of views in the order in which they are tried: the paper's (1, 2) and (1, 3), in the dataset's names."""
 
-CENTRE_RULES = ("both thirds", "horizontal third", "none")
+CentreRule = Literal["both thirds", "horizontal third", "none"]
+CENTRE_RULES: tuple[CentreRule, ...] = get_args(CentreRule)
 """The ladder: where the centre of a box must lie, from the paper's rule to none at all."""
 
-CentreRule = Literal["both thirds", "horizontal third", "none"]
 FitRule = Literal["any", "all"]
 WidthRule = Literal["ends", "widest"]
 HeightReference = Literal["masks", "world", "centroid"]
@@ -62,6 +62,8 @@ class HeightRange:
     high_mm: float = 20.0
 
     def __post_init__(self) -> None:
+        if self.reference not in get_args(HeightReference):
+            raise ArgumentError(f"reference must be 'masks', 'world' or 'centroid', got {self.reference!r}")
         if not (math.isfinite(self.low_mm) and math.isfinite(self.high_mm) and self.low_mm < self.high_mm):
             raise ArgumentError(f"low_mm must be below high_mm, both finite, got {self.low_mm} and {self.high_mm}")
 

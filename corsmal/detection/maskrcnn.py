@@ -1,0 +1,168 @@
+"""Mask R-CNN with a ResNet-50 FPN backbone, torchvision's, trained on COCO (He et al., ICCV 2017)."""
+
+import os
+import pickle
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import safetensors
+import safetensors.torch
+import torch
+from numpy.typing import NDArray
+from torchvision.models.detection import MaskRCNN, maskrcnn_resnet50_fpn
+
+from corsmal.detection.record import Detections
+from corsmal.detection.weights import COCO_WEIGHTS_URL, coco_weights, file_sha256
+from corsmal.errors import ArgumentError, FileError
+
+CLASS_COUNT = 91
+"""COCO's category numbers up to 90, and 0 for the background."""
+
+MASK_THRESHOLD = 0.5
+UNREADABLE = (
+    OSError, RuntimeError, pickle.UnpicklingError, EOFError, ValueError, TypeError, LookupError, AttributeError,
+    safetensors.SafetensorError,
+)  # fmt: skip
+
+
+class MaskRCNNDetector:
+    """Finds objects of COCO's classes, with a box and a mask each.
+
+    Args:
+        weights: a state dict of torchvision's ``maskrcnn_resnet50_fpn``, ``.pth`` or ``.safetensors``. Default:
+            torchvision's COCO weights from the folder that ``CORSMAL_WEIGHTS`` names or else PyTorch's own, downloaded
+            there on first use (170 MB).
+        device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
+        score_min: detections with a lower score are not reported.
+        image_side_min_px: images are scaled so that their shorter side has so many pixels (800 in training).
+        progress: called during a download with the fraction that is done, 0..1.
+
+    Raises:
+        ArgumentError: a number is out of range or there is no such device.
+        FileError: the weights are absent, broken or of another network.
+
+    Example:
+        >>> detector = MaskRCNNDetector()  # doctest: +SKIP
+        >>> [detections] = detector.detect([image])  # (H, W, 3) uint8 RGB  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        weights: Path | None = None,
+        *,
+        device: str | None = None,
+        score_min: float = 0.05,
+        image_side_min_px: int = 800,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        if not 0 <= score_min <= 1:
+            raise ArgumentError(f"score_min must lie in 0..1, got {score_min}")
+        if image_side_min_px < 1:
+            raise ArgumentError(f"image_side_min_px must be positive, got {image_side_min_px}")
+        self.device = _device(device)
+        path = coco_weights(_weights_folder(), progress=progress) if weights is None else Path(weights)
+        self._weights_sha256, state = _read_weights(path, check_name=weights is None)
+        network = maskrcnn_resnet50_fpn(
+            weights=None,
+            weights_backbone=None,
+            num_classes=CLASS_COUNT,
+            box_score_thresh=score_min,
+            min_size=image_side_min_px,
+        )
+        _load(network, state, path)
+        self._network = network.to(self.device).eval()
+        self._settings = f"score {score_min!r}, side {image_side_min_px}"
+        self._name = "Mask R-CNN, " + ("COCO weights" if weights is None else f"weights {path.name}")
+
+    @property
+    def name(self) -> str:
+        """For people: the method and its weights."""
+        return self._name
+
+    @property
+    def digest(self) -> str:
+        """Of the weights' content and the settings that the detections depend on."""
+        return f"Mask R-CNN {self._weights_sha256}, {self._settings}"
+
+    @torch.inference_mode()
+    def detect(self, frames: Sequence[NDArray[np.uint8]]) -> list[Detections]:
+        """Detect in one batch of images.
+
+        Args:
+            frames: (H, W, 3) uint8 RGB each; sizes may differ.
+
+        Returns:
+            One record per image, highest score first; pixels count to a mask from a probability of 0.5 on.
+
+        Raises:
+            ArgumentError: an image has another shape or type.
+        """
+        for index, frame in enumerate(frames):
+            if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
+                raise ArgumentError(f"frames[{index}] must be (H, W, 3) uint8, got {frame.shape} of {frame.dtype}")
+        if not frames:
+            return []
+        images = [torch.tensor(frame, device=self.device).permute(2, 0, 1) / 255 for frame in frames]
+        return [_record(output) for output in self._network(images)]
+
+
+def _record(output: Mapping[str, torch.Tensor]) -> Detections:
+    masks = output["masks"][:, 0] >= MASK_THRESHOLD  # (n, 1, H, W) probabilities -> (n, H, W)
+    return Detections(
+        boxes=output["boxes"].cpu().numpy(),
+        scores=output["scores"].cpu().numpy(),
+        labels=output["labels"].cpu().numpy(),
+        masks=masks.cpu().numpy(),
+    )
+
+
+def _device(name: str | None) -> torch.device:
+    try:
+        device = torch.device(name or ("cuda" if torch.cuda.is_available() else "cpu"))
+        torch.empty(1, device=device)
+    except (RuntimeError, AssertionError) as error:
+        raise ArgumentError(f"device {name!r} cannot be used: {str(error).splitlines()[0]}") from error
+    return device
+
+
+def _weights_folder() -> Path:
+    return Path(os.environ.get("CORSMAL_WEIGHTS") or Path(torch.hub.get_dir(), "checkpoints"))
+
+
+def _read_weights(path: Path, *, check_name: bool) -> tuple[str, dict[str, torch.Tensor]]:
+    """The SHA-256 of a file of weights, and its state dict."""
+    try:
+        sha256 = file_sha256(path)
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror}); name a .pth or .safetensors file") from error
+    if check_name and not sha256.startswith(path.stem.rsplit("-", 1)[-1]):
+        raise FileError(path, f"is not the file of {COCO_WEIGHTS_URL}; delete it, and it is downloaded again")
+    state = _read_state(path)
+    if not all(torch.isfinite(values).all() for values in state.values()):
+        raise FileError(path, "holds weights that are not finite; take another file")
+    return sha256, state
+
+
+def _load(network: MaskRCNN, state: dict[str, torch.Tensor], path: Path) -> None:
+    try:
+        network.load_state_dict(state)
+    except RuntimeError as error:
+        first = str(error).splitlines()[1].strip() if "\n" in str(error) else str(error)
+        raise FileError(path, f"holds the weights of another network than maskrcnn_resnet50_fpn ({first})") from error
+
+
+def _read_state(path: Path) -> dict[str, torch.Tensor]:
+    try:
+        if path.suffix == ".safetensors":
+            return safetensors.torch.load_file(path)
+        state = torch.load(path, map_location="cpu", weights_only=True)
+    except UNREADABLE as error:
+        raise FileError(
+            path, "is broken or no file of weights; expected a PyTorch state dict or safetensors"
+        ) from error
+    if not isinstance(state, dict) or not all(
+        isinstance(name, str) and isinstance(value, torch.Tensor) for name, value in state.items()
+    ):
+        raise FileError(path, "is not a state dict (names to tensors)")
+    return state

@@ -1,0 +1,70 @@
+"""One view's detections as a Parquet file: a row per detection, what concerns the whole view in the metadata."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from corsmal.detection.record import Detections
+from corsmal.detection.rle import as_rle
+from corsmal.detection.view import ViewDetections
+from corsmal.errors import FileError
+
+BOX_COLUMNS = ("x_min_px", "y_min_px", "x_max_px", "y_max_px")
+METADATA_KEY = b"corsmal.view"
+
+
+def write_parquet(view_detections: ViewDetections, path: Path) -> None:
+    """Write one view's detections, exactly and with every inspected frame.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    records = list(view_detections.values())
+    boxes = np.concatenate([np.empty((0, 4)), *(record.boxes for record in records)])
+    frames = [frame for frame, record in view_detections.items() for _ in range(len(record))]
+    columns: dict[str, Any] = {
+        "frame": pa.array(frames, pa.int64()),
+        **{name: pa.array(boxes[:, index]) for index, name in enumerate(BOX_COLUMNS)},
+        "score": pa.array([score for record in records for score in record.scores], pa.float64()),
+        "label": pa.array([label for record in records for label in record.labels], pa.int64()),
+        "mask_rle": pa.array([counts for record in records for counts in record.counts], pa.binary()),
+    }
+    view = {
+        "size": view_detections.size,
+        "source": view_detections.source,
+        "problems": view_detections.problems,
+        "frames": view_detections.frames,
+    }
+    table = pa.table(columns).replace_schema_metadata({METADATA_KEY: json.dumps(view)})
+    pq.write_table(table, path, compression="zstd", write_page_checksum=True)
+
+
+def read_parquet(path: Path) -> ViewDetections:
+    """Read what ``write_parquet`` wrote.
+
+    Raises:
+        FileError: the file was not written by it.
+        OSError, ValueError, KeyError, TypeError, pyarrow.ArrowException: the file is broken.
+        ArgumentError: the detections in it cannot be.
+    """
+    with pq.ParquetFile(path, page_checksum_verification=True) as file:
+        table = file.read()
+    metadata = table.schema.metadata or {}
+    if METADATA_KEY not in metadata:
+        raise FileError(path, "is no file of detections")
+    view = json.loads(metadata[METADATA_KEY])
+    size = (view["size"][0], view["size"][1])
+    boxes = np.column_stack([table[name].to_numpy() for name in BOX_COLUMNS])
+    scores, labels, row_frames = (table[name].to_numpy() for name in ("score", "label", "frame"))
+    rles = [as_rle(counts, size) for counts in table["mask_rle"].to_pylist()]
+    by_frame = {}
+    for frame in view["frames"]:
+        rows = slice(*np.searchsorted(row_frames, [frame, frame + 1]))
+        by_frame[frame] = Detections.from_rles(boxes[rows], scores[rows], labels[rows], rles[rows], size=size)
+    if sum(map(len, by_frame.values())) != len(scores):
+        raise FileError(path, "holds detections of frames that it does not list")
+    return ViewDetections(by_frame, size=size, source=view["source"], problems=tuple(view["problems"]))

@@ -1,0 +1,171 @@
+"""Masks as COCO run lengths: column by column, runs of background and mask in turn, compressed to a short string.
+
+A mask is held as its ``counts``, the compressed run lengths. pycocotools compresses and measures, but trusts what it
+is given: run lengths that do not add up read foreign memory. Counts from outside therefore pass ``run_lengths`` first.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict
+
+import numpy as np
+import pycocotools.mask as coco_mask
+from numpy.typing import NDArray
+
+from corsmal.errors import ArgumentError
+
+Size = tuple[int, int]
+"""(H, W) of an image in pixels."""
+
+FIRST_CHARACTER = 48
+CONTINUES, NEGATIVE, VALUE = 0x20, 0x10, 0x1F
+CHARACTERS_MAX = 6
+"""Of one run length: 30 bits, more than the pixels of any image."""
+
+BROKEN = "the mask's run lengths (RLE) are broken"
+
+
+def checked_size(size: Sequence[int]) -> Size:
+    """The size (H, W) as two Python integers.
+
+    Raises:
+        ArgumentError: it is not two positive numbers.
+    """
+    if len(size) != 2 or min(size) < 1:
+        raise ArgumentError(f"size must be two positive numbers of pixels (H, W), got {tuple(size)}")
+    return int(size[0]), int(size[1])
+
+
+class Rle(TypedDict):
+    """A compressed mask as pycocotools takes it."""
+
+    size: list[int]
+    counts: bytes
+
+
+def as_rle(counts: bytes, size: Size) -> Rle:
+    """Counts in the form that pycocotools and COCO files use."""
+    return {"size": [size[0], size[1]], "counts": counts}
+
+
+def encode_masks(masks: NDArray[np.bool_]) -> tuple[bytes, ...]:
+    """Compress (n, H, W) bool masks to n counts."""
+    columns_first = np.asfortranarray(np.moveaxis(masks, 0, 2).astype(np.uint8))
+    return tuple(rle["counts"] for rle in coco_mask.encode(columns_first))
+
+
+def decode_mask(counts: bytes, size: Size) -> NDArray[np.bool_]:
+    """Expand counts to an (H, W) bool mask.
+
+    Raises:
+        ArgumentError: as ``run_lengths``.
+    """
+    runs = run_lengths(counts, size)
+    is_mask = np.arange(len(runs)) % 2 == 1
+    columns = np.repeat(is_mask, runs).reshape(size[1], size[0])  # (W, H)
+    return np.ascontiguousarray(columns.T)
+
+
+def mask_areas(counts: Sequence[bytes], size: Size) -> NDArray[np.int64]:
+    """Pixels of each mask, (n,), from checked counts, nothing decoded."""
+    return np.array(coco_mask.area([as_rle(item, size) for item in counts]), dtype=np.int64)
+
+
+def mask_box(counts: bytes, size: Size) -> tuple[float, float, float, float] | None:
+    """The box (x, y, width, height) around a mask's pixels from checked counts; None where the mask is empty."""
+    rle = as_rle(counts, size)
+    if not coco_mask.area(rle):
+        return None
+    x, y, width, height = map(float, coco_mask.toBbox(rle))
+    return x, y, width, height
+
+
+def run_lengths(counts: bytes, size: Size) -> NDArray[np.int64]:
+    """The plain run lengths that counts stand for: background, mask, background, ...
+
+    Raises:
+        ArgumentError: the counts hold a character that cannot be, end in the middle of a number, hold a negative run,
+            or do not add up to H x W pixels.
+    """
+    characters = np.frombuffer(counts, dtype=np.uint8).astype(np.int64) - FIRST_CHARACTER
+    if not len(characters) or characters.min() < 0 or characters.max() > (CONTINUES | VALUE):
+        raise ArgumentError(BROKEN)
+    ends = np.flatnonzero(~(characters & CONTINUES).astype(bool))
+    if not len(ends) or ends[-1] != len(characters) - 1:
+        raise ArgumentError(BROKEN)
+    starts = np.concatenate([[0], ends[:-1] + 1])
+    lengths = ends - starts + 1
+    if lengths.max() > CHARACTERS_MAX:
+        raise ArgumentError(BROKEN)
+    places = 5 * (np.arange(len(characters)) - np.repeat(starts, lengths))
+    runs = np.add.reduceat((characters & VALUE) << places, starts)
+    runs -= np.where(characters[ends] & NEGATIVE, np.int64(1) << 5 * lengths, 0)
+    # From the fourth run on, each is written as its difference to the run two before it.
+    runs[1::2] = np.cumsum(runs[1::2])
+    runs[2::2] = np.cumsum(runs[2::2])
+    if runs.min() < 0 or runs.sum() != size[0] * size[1]:
+        raise ArgumentError(BROKEN)
+    return runs
+
+
+def counts_from_segmentation(segmentation: Any, size: Size) -> bytes:
+    """Checked counts of a COCO ``segmentation``: polygons, plain or compressed run lengths.
+
+    Args:
+        segmentation: a list of polygons ``[x0, y0, x1, y1, ...]`` in pixels, or a mapping with ``size`` (H, W) and
+            ``counts`` (a list of numbers, a string or bytes).
+        size: (H, W) of the image.
+
+    Raises:
+        ArgumentError: it is none of these, or its size is another; the text says which.
+    """
+    if isinstance(segmentation, Mapping):
+        return counts_from_rle(segmentation, size)
+    if isinstance(segmentation, list) and segmentation:
+        return _counts_from_polygons(segmentation, size)
+    raise ArgumentError("the mask (segmentation) is missing or neither polygons nor run lengths")
+
+
+def counts_from_rle(rle: Mapping[str, Any], size: Size) -> bytes:
+    """Checked counts of run lengths, plain (a list) or compressed (a string or bytes).
+
+    Raises:
+        ArgumentError: as ``counts_from_segmentation``.
+    """
+    found = rle.get("size")
+    if not isinstance(found, list | tuple) or len(found) != 2 or not all(type(side) is int for side in found):
+        raise ArgumentError("the mask has no size [height, width]")
+    if tuple(found) != size:
+        raise ArgumentError(f"mask size {found[1]}x{found[0]}, expected {size[1]}x{size[0]}")
+    counts = rle.get("counts")
+    if isinstance(counts, list):
+        if not all(type(run) is int and run >= 0 for run in counts) or sum(counts) != size[0] * size[1]:
+            raise ArgumentError(BROKEN)
+        return coco_mask.frPyObjects({"size": list(size), "counts": counts}, *size)["counts"]
+    if isinstance(counts, str) and counts.isascii():
+        counts = counts.encode("ascii")
+    if not isinstance(counts, bytes):
+        raise ArgumentError(BROKEN)
+    run_lengths(counts, size)
+    return counts
+
+
+def _counts_from_polygons(polygons: list[Any], size: Size) -> bytes:
+    # pycocotools allocates by the length of an outline, so a point far outside the image could take all memory.
+    limits = np.array([size[1], size[0]], dtype=np.float64)
+    for polygon in polygons:
+        points = numbers(polygon)
+        if len(points) < 6 or len(points) % 2:
+            raise ArgumentError("a polygon of the mask is not a list of three or more points [x0, y0, x1, y1, ...]")
+        if not (np.abs(points.reshape(-1, 2) - limits / 2) <= 1.5 * limits).all():
+            raise ArgumentError("a polygon of the mask lies more than an image size outside the image")
+    return coco_mask.merge(coco_mask.frPyObjects(polygons, *size))["counts"]
+
+
+def numbers(values: Any) -> NDArray[np.float64]:
+    """A flat list of numbers as a float array; empty where it is anything else."""
+    if not isinstance(values, list | tuple) or not all(type(value) in (int, float) for value in values):
+        return np.empty(0)
+    try:
+        return np.array(values, dtype=np.float64)
+    except OverflowError:
+        return np.empty(0)

@@ -1,0 +1,108 @@
+"""Capacity and dimensions from the radii of a hull (paper 3.2, equations 6 to 8)."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from corsmal.parameters import ShapeParameters
+from corsmal.shape.records import Dimensions, Hull
+
+Floats = NDArray[np.float64]
+
+CUBIC_MM_PER_ML = 1000.0
+SAME_MM = 1e-6
+"""Differences of radii closer than this are equal: radii lie on a grid, so equal steps differ by rounding alone."""
+
+
+def measure_hull(hull: Hull, parameters: ShapeParameters | None = None) -> Dimensions:
+    """Capacity, widths and height of a hull.
+
+    Only converged circumferences count. The capacity is the volume of the conical frusta between neighbours among
+    them (equation 6). With ``width_rule`` ``ends``, radii that differ from the next by more than ``max_difference_mm``
+    are dropped and the ends of the remaining profile are found by equations 7 and 8; with ``widest``, both widths are
+    twice the largest radius and the height is the extent of the converged circumferences.
+
+    Args:
+        hull: the fitted hull.
+        parameters: ``max_difference_mm`` and ``width_rule`` are used; default: the paper's.
+
+    Returns:
+        Dimensions; ``ok`` is false, with a reason, where the hull failed, fewer than three radii remain, or the upper
+        end does not lie above the lower one.
+    """
+    parameters = parameters or ShapeParameters.paper()
+    if not hull.ok:
+        return Dimensions(reason=hull.reason)
+    converged = np.flatnonzero(hull.converged)
+    if len(converged) < 3:
+        return Dimensions(reason=f"only {len(converged)} of {len(hull.converged)} circumferences fit the masks")
+    if parameters.width_rule == "widest":
+        kept, bottom, top = converged, 0, len(converged) - 1
+    else:
+        kept = converged[smooth(hull.radii_mm[converged], max_difference_mm=parameters.max_difference_mm)]
+        if len(kept) < 3:
+            return Dimensions(
+                kept=kept, reason=f"smoothing left {len(kept)} of {len(converged)} radii: d_max is too small"
+            )
+        bottom, top = profile_ends(hull.radii_mm[kept])
+        if top <= bottom:
+            return Dimensions(kept=kept, reason="the upper end of the profile was found below its lower end")
+    heights, radii = hull.heights_mm[kept], hull.radii_mm[kept]
+    widest = 2 * float(radii.max())
+    ends = parameters.width_rule == "ends"
+    return Dimensions(
+        capacity_ml=frusta_volume_ml(hull.heights_mm[converged], hull.radii_mm[converged]),
+        width_top_mm=2 * float(radii[top]) if ends else widest,
+        width_bottom_mm=2 * float(radii[bottom]) if ends else widest,
+        height_mm=float(heights[top] - heights[bottom]),
+        kept=kept,
+        bottom=int(kept[bottom]),
+        top=int(kept[top]),
+    )
+
+
+def frusta_volume_ml(heights_mm: Floats, radii_mm: Floats) -> float:
+    """Volume of the conical frusta between neighbouring circumferences (equation 6).
+
+    Args:
+        heights_mm: (n,) ascending, mm.
+        radii_mm: (n,) mm.
+
+    Returns:
+        Millilitres; 0 for fewer than two circumferences.
+    """
+    lower, upper = radii_mm[:-1], radii_mm[1:]
+    return float(np.pi / 3 * np.sum((upper**2 + upper * lower + lower**2) * np.diff(heights_mm)) / CUBIC_MM_PER_ML)
+
+
+def smooth(radii_mm: Floats, *, max_difference_mm: float) -> NDArray[np.bool_]:
+    """Which radii remain: one is dropped if the next differs from it by more than d_max. The last one stays.
+
+    Args:
+        radii_mm: (n,) radii from the lowest to the highest, mm.
+        max_difference_mm: d_max, mm.
+
+    Returns:
+        (n,) bool.
+    """
+    differences = np.abs(np.diff(radii_mm, append=radii_mm[-1:]))
+    return differences <= max_difference_mm + SAME_MM
+
+
+def profile_ends(radii_mm: Floats) -> tuple[int, int]:
+    """Where a smoothed profile begins and ends (equations 7 and 8).
+
+    Outside the container the fitted radii change fast. Going up, the lower end is the first radius whose step to the
+    next is smaller than the step before it; the upper end is the last whose step is smaller than the one after it.
+
+    Args:
+        radii_mm: (n',) remaining radii from the lowest to the highest, mm.
+
+    Returns:
+        0-based positions of the lower and the upper end; the first and the last where the equations' sets are empty.
+    """
+    steps = np.abs(np.diff(radii_mm))
+    slowing = np.flatnonzero(steps[:-1] > steps[1:] + SAME_MM)
+    quickening = np.flatnonzero(steps[:-1] < steps[1:] - SAME_MM)
+    bottom = int(slowing[0]) + 1 if len(slowing) else 0
+    top = int(quickening[-1]) if len(quickening) else len(radii_mm) - 1
+    return bottom, top

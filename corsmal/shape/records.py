@@ -1,0 +1,73 @@
+"""What fitting and measuring return. A fit that failed is a record with a reason, never NaN."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from corsmal.errors import ArgumentError
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """A solid of revolution about a vertical axis, as circumferences from the lowest to the highest.
+
+    Args:
+        heights_mm: (L,) world z of the circumferences, ascending, mm.
+        radii_mm: (L,) radii, mm; r_min where ``converged`` is false.
+        converged: (L,) bool, whether some radius fitted.
+        centroid_m: (3,) the triangulated centroid, which the axis passes through, metres; None if there is none.
+        reason: why there is no hull; empty if there is one. A failed hull has L = 0.
+    """
+
+    heights_mm: NDArray[np.float64]
+    radii_mm: NDArray[np.float64]
+    converged: NDArray[np.bool_]
+    centroid_m: NDArray[np.float64] | None
+    reason: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.heights_mm.shape == self.radii_mm.shape == self.converged.shape:
+            raise ArgumentError("heights_mm, radii_mm and converged must have the same shape (L,)")
+        if self.ok and self.centroid_m is None:
+            raise ArgumentError("a hull without a centroid must give a reason")
+
+    @property
+    def ok(self) -> bool:
+        """Whether circumferences were fitted at all; whether any of them converged is for ``converged`` to say."""
+        return not self.reason
+
+    @classmethod
+    def failed(cls, reason: str, *, centroid_m: NDArray[np.float64] | None = None) -> "Hull":
+        """A hull of no circumferences, with the reason."""
+        return cls(np.empty(0), np.empty(0), np.empty(0, dtype=bool), centroid_m, reason)
+
+
+@dataclass(frozen=True, eq=False)
+class Dimensions:
+    """What a hull says about its container. All four quantities are None when the fit failed.
+
+    Args:
+        capacity_ml: volume of the frusta between converged circumferences, mL.
+        width_top_mm: diameter at the upper end of the profile, mm.
+        width_bottom_mm: diameter at the lower end of the profile, mm.
+        height_mm: distance between the two ends, mm.
+        reason: why the fit failed; empty if it did not.
+        kept: (n',) indices of the circumferences that smoothing kept, ascending.
+        bottom: index of the circumference at the lower end (i_b), None if the fit failed.
+        top: index of the circumference at the upper end (i_t), None if the fit failed.
+    """
+
+    capacity_ml: float | None = None
+    width_top_mm: float | None = None
+    width_bottom_mm: float | None = None
+    height_mm: float | None = None
+    reason: str = ""
+    kept: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    bottom: int | None = None
+    top: int | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether the four quantities are there."""
+        return not self.reason

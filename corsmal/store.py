@@ -1,0 +1,209 @@
+"""Results on disk, addressed by what they were computed from.
+
+A result's key is a digest of everything it depends on, so a result never has to be invalidated, only computed again
+when an input changes. Files are written under another name and renamed, so a reader sees a whole file or none, and
+two processes may write the same result. There is no wait for the disk: a file that a power cut left broken is found
+when it is read, set aside as ``*.broken`` and computed again. The store never stops a computation: what cannot be
+written is simply not kept.
+"""
+
+import contextlib
+import json
+import os
+import re
+import struct
+import threading
+import tokenize
+import uuid
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import ArrayLike, NDArray
+
+from corsmal.detection import ViewDetections
+from corsmal.detection.parquet import read_parquet, write_parquet
+from corsmal.digests import digest, file_fingerprint
+from corsmal.errors import ArgumentError, CorsmalError, FileError
+
+Result = TypeVar("Result")
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+PROBLEMS_MAX = 20
+BROKEN = (
+    CorsmalError, OSError, ValueError, TypeError, LookupError, AttributeError, EOFError, ArithmeticError, MemoryError,
+    RuntimeError, SyntaxError, tokenize.TokenError, struct.error, zlib.error, zipfile.BadZipFile, pa.ArrowException,
+)  # fmt: skip
+"""What the readers of JSON, NumPy and Parquet raise on a file whose bytes were changed."""
+
+
+class Store:
+    """A folder of results; threads and processes may share it.
+
+    Args:
+        root: the folder, made when something is first written. Default: what ``CORSMAL_CACHE`` names, else ``cache``
+            beside the library.
+
+    Example:
+        >>> store = Store()
+        >>> key = digest("hull", Path("view1.mp4"), ShapeParameters.paper())  # doctest: +SKIP
+        >>> store.save_arrays("hulls", key, radii_mm=radii_mm)  # doctest: +SKIP
+        True
+    """
+
+    digest = staticmethod(digest)
+    file_fingerprint = staticmethod(file_fingerprint)
+
+    def __init__(self, root: Path | None = None) -> None:
+        self.root = Path(root or os.environ.get("CORSMAL_CACHE") or REPOSITORY / "cache")
+        self._problems: dict[str, None] = {}
+        self._lock = threading.Lock()
+
+    def __reduce__(self) -> tuple[type["Store"], tuple[Path]]:
+        return type(self), (self.root,)
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Sentences about what could not be written or read, each once, the last one last; the newest 20."""
+        with self._lock:
+            return tuple(self._problems)
+
+    def file(self, kind: str, key: str, suffix: str) -> Path:
+        """Where a result is, or is to be.
+
+        Args:
+            kind: the sort of result, such as ``detections``: lower-case letters, digits, ``-`` and ``_``.
+            key: from ``digest``.
+            suffix: such as ``.npz``.
+
+        Raises:
+            ArgumentError: one of them cannot be part of a file name, or the key is no digest.
+        """
+        if not re.fullmatch(r"[a-z0-9_-]+", kind):
+            raise ArgumentError(f"kind must be of lower-case letters, digits, - and _, got {kind!r}")
+        if not re.fullmatch(r"[0-9a-f]{32}", key):
+            raise ArgumentError(f"key must come from corsmal.store.digest, got {key!r}")
+        if not re.fullmatch(r"\.[a-z0-9]+", suffix):
+            raise ArgumentError(f"suffix must be a dot and letters or digits, got {suffix!r}")
+        return self.root / kind / key[:2] / f"{key}{suffix}"
+
+    @staticmethod
+    @contextlib.contextmanager
+    def writing(path: Path) -> Iterator[Path]:
+        """Write a file so that it appears whole or not at all.
+
+        Args:
+            path: where it is to be, from ``file``; an older one is replaced.
+
+        Yields:
+            Another path in the same folder, with the same suffix. It is renamed to ``path`` when the block ends, and
+            deleted when the block raises.
+
+        Raises:
+            FileError: the folder or the file cannot be written.
+        """
+        part = path.with_name(f".{path.stem}.{uuid.uuid4().hex}{path.suffix}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            yield part
+            os.replace(part, path)
+        except OSError as error:
+            raise FileError(
+                path, f"cannot be written ({error.strerror or error}); free the disk or set CORSMAL_CACHE"
+            ) from error
+        finally:
+            with contextlib.suppress(OSError):
+                part.unlink()
+
+    def detections(self, key: str) -> ViewDetections | None:
+        """One view's detections, or None where they are not stored."""
+        return self._read(self.file("detections", key, ".parquet"), read_parquet)
+
+    def save_detections(self, key: str, view_detections: ViewDetections) -> bool:
+        """Keep one view's detections; false, and a sentence in ``problems``, where they cannot be written."""
+        path = self.file("detections", key, ".parquet")
+        return self._write(path, lambda part: write_parquet(view_detections, part))
+
+    def arrays(self, kind: str, key: str) -> dict[str, NDArray[Any]] | None:
+        """Named arrays, or None where they are not stored."""
+        return self._read(self.file(kind, key, ".npz"), _read_arrays)
+
+    def save_arrays(self, kind: str, key: str, /, **arrays: ArrayLike) -> bool:
+        """Keep named arrays; false, and a sentence in ``problems``, where they cannot be written.
+
+        Raises:
+            ArgumentError: an array holds Python objects.
+        """
+        checked = {name: np.asarray(array) for name, array in arrays.items()}
+        for name, array in checked.items():
+            if array.dtype.hasobject:
+                raise ArgumentError(f"{name} must be an array of numbers, bools or text, got {array.dtype}")
+        return self._write(self.file(kind, key, ".npz"), lambda part: _write_arrays(part, checked))
+
+    def json(self, kind: str, key: str) -> dict[str, Any] | None:
+        """A JSON object, or None where it is not stored."""
+        return self._read(self.file(kind, key, ".json"), _read_json)
+
+    def save_json(self, kind: str, key: str, value: Mapping[str, Any]) -> bool:
+        """Keep a JSON object; false, and a sentence in ``problems``, where it cannot be written.
+
+        Raises:
+            ArgumentError: the value holds what JSON has not, such as NaN or an array.
+        """
+        try:
+            text = json.dumps(dict(value), allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise ArgumentError(f"value must be what JSON can hold: {error}") from error
+        return self._write(self.file(kind, key, ".json"), lambda part: part.write_text(text, encoding="utf-8"))
+
+    def _read(self, path: Path, reader: Callable[[Path], Result]) -> Result | None:
+        try:
+            return reader(path)
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        except BROKEN as error:
+            self._note(f"{path}: was unreadable ({type(error).__name__}), set aside and computed again")
+            with contextlib.suppress(OSError):
+                os.replace(path, path.with_name(f"{path.name}.broken"))
+            return None
+
+    def _write(self, path: Path, writer: Callable[[Path], object]) -> bool:
+        try:
+            with self.writing(path) as part:
+                writer(part)
+        except FileError as error:
+            self._note(str(error))
+            return False
+        return True
+
+    def _note(self, sentence: str) -> None:
+        with self._lock:
+            self._problems.pop(sentence, None)
+            self._problems[sentence] = None
+            while len(self._problems) > PROBLEMS_MAX:
+                del self._problems[next(iter(self._problems))]
+
+
+def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    # Opened here, because np.load leaves a broken file open.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+def _write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    # np.savez takes its own arguments' names from the arrays' names.
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    value = json.loads(path.read_text(encoding="utf-8"))
+    if not isinstance(value, dict):
+        raise FileError(path, "is no JSON object")
+    return value

@@ -1,0 +1,29 @@
+"""Fixtures that more than one folder of tests uses."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.tiny import write_tiny_dataset
+
+SHARED = Path(__file__).resolve().parents[1].parent / "shared"
+
+
+@pytest.fixture(scope="session")
+def shared_root() -> Path:
+    """The folder of real data beside the repository; tests that use it skip where it is absent."""
+    if not SHARED.is_dir():
+        pytest.skip(f"needs the real data in {SHARED.parent.name}/shared beside the repository")
+    return SHARED
+
+
+@pytest.fixture(scope="session")
+def real_dataset_root(shared_root: Path) -> Path:
+    """Recording 000618 in the dataset's own layout, with the full training annotation."""
+    return shared_root / "ccm" / "train"
+
+
+@pytest.fixture(scope="session")
+def tiny_dataset_root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three generated recordings; read only, a test that changes files writes its own."""
+    return write_tiny_dataset(tmp_path_factory.mktemp("tiny"))

@@ -1,0 +1,296 @@
+import json
+import multiprocessing
+import pickle
+import subprocess
+import sys
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from corsmal.detection import Detections, ViewDetections
+from corsmal.errors import ArgumentError, FileError
+from corsmal.store import PROBLEMS_MAX, Store, digest
+
+KEY = digest("a key")
+SIZE = (6, 8)
+
+
+@pytest.fixture
+def store(tmp_path):
+    return Store(tmp_path / "cache")
+
+
+@pytest.fixture
+def blocked(tmp_path):
+    """A store whose folder lies beneath a file, so that nothing can be written."""
+    (tmp_path / "file").write_bytes(b"")
+    return Store(tmp_path / "file" / "cache")
+
+
+def some_view():
+    rng = np.random.default_rng(2)
+    frames = {}
+    for frame, n in {0: 0, 3: 2, 4: 0, 9: 1}.items():
+        boxes = np.sort(rng.random((n, 2, 2)) * 6, axis=1).reshape(n, 4)
+        labels = rng.integers(1, 91, n)
+        frames[frame] = Detections(boxes, rng.random(n), labels, rng.random((n, *SIZE)) < 0.5)
+    return ViewDetections(frames, size=SIZE, source="a test", problems=("one", "two é"))
+
+
+def files(store):
+    return sorted(path.name for path in store.root.rglob("*") if path.is_file())
+
+
+KINDS = {
+    ".parquet": (lambda store: store.save_detections(KEY, some_view()), lambda store: store.detections(KEY)),
+    ".npz": (lambda store: store.save_arrays("hulls", KEY, a=np.arange(50)), lambda store: store.arrays("hulls", KEY)),
+    ".json": (lambda store: store.save_json("fits", KEY, {"a": 1.5}), lambda store: store.json("fits", KEY)),
+}
+
+
+def the_file(store, suffix):
+    [path] = store.root.rglob(f"*{suffix}")
+    return path
+
+
+@pytest.mark.parametrize("view", [some_view(), ViewDetections({}, size=SIZE, source="nothing")])
+def test_detections_come_back_exactly_with_the_frames_that_have_none(store, view):
+    assert store.save_detections(KEY, view)
+    again = store.detections(KEY)
+    assert again.frames == view.frames
+    assert (again.size, again.source, again.problems) == (view.size, view.source, view.problems)
+    for frame in view:
+        assert again[frame].rles == view[frame].rles
+        for name in ("boxes", "scores", "labels", "masks"):
+            np.testing.assert_array_equal(getattr(again[frame], name), getattr(view[frame], name))
+    assert store.file("detections", KEY, ".parquet").is_file()
+
+
+def test_arrays_come_back_exactly(store):
+    arrays = {
+        "kind": np.array([1.5, np.nan, np.inf]),
+        "file": np.zeros((0, 3), dtype=np.float32),
+        "mask": np.eye(3, dtype=bool),
+        "names": np.array(["a", "bé"]),
+        "one": np.array(7, dtype=np.uint8),
+    }
+    assert store.save_arrays("hulls", KEY, **arrays)
+    again = store.arrays("hulls", KEY)
+    assert list(again) == list(arrays)
+    for name, array in arrays.items():
+        assert again[name].dtype == array.dtype
+        np.testing.assert_array_equal(again[name], array)
+
+
+def test_json_comes_back(store):
+    value = {"a": [1, 2.5, None, "é"], "b": {"c": True}}
+    assert store.save_json("fits", KEY, value)
+    assert store.json("fits", KEY) == value
+
+
+@pytest.mark.parametrize("suffix", KINDS)
+def test_what_was_not_stored_is_none(store, blocked, suffix):
+    for each in (store, blocked):
+        assert KINDS[suffix][1](each) is None
+        assert each.problems == ()
+
+
+@pytest.mark.parametrize("suffix", KINDS)
+@pytest.mark.parametrize("damage", ["empty", "half", "zeros", "other", "folder"])
+def test_a_broken_file_is_set_aside_and_can_be_written_again(store, suffix, damage):
+    save, load = KINDS[suffix]
+    save(store)
+    path = the_file(store, suffix)
+    content = path.read_bytes()
+    if damage == "folder":
+        path.unlink()
+        path.mkdir()
+    else:
+        path.write_bytes(
+            {"empty": b"", "half": content[: len(content) // 2], "zeros": bytes(len(content)), "other": b"[1]"}[damage]
+        )
+    assert load(store) is None
+    assert not path.exists()
+    assert path.with_name(f"{path.name}.broken").exists()
+    assert "set aside" in store.problems[-1]
+    assert save(store)
+    assert load(store) is not None
+
+
+@pytest.mark.parametrize("suffix", KINDS)
+def test_no_change_of_a_file_s_bytes_raises(store, suffix):
+    save, load = KINDS[suffix]
+    save(store)
+    path = the_file(store, suffix)
+    content = path.read_bytes()
+    rng = np.random.default_rng(1)
+    for _ in range(150):
+        changed = bytearray(content)
+        for position in rng.integers(0, len(content), rng.integers(1, 4)):
+            changed[position] = rng.integers(0, 256)
+        path.write_bytes(changed)
+        load(store)
+
+
+def test_a_pickle_in_place_of_arrays_is_not_read(store):
+    path = store.file("hulls", KEY, ".npz")
+    path.parent.mkdir(parents=True)
+    np.savez(path, a=np.array([{}], dtype=object))
+    assert store.arrays("hulls", KEY) is None
+    path.write_bytes(pickle.dumps([1]))
+    assert store.arrays("hulls", KEY) is None
+
+
+@pytest.mark.parametrize("suffix", KINDS)
+def test_a_store_that_cannot_be_written_says_so_and_goes_on(blocked, suffix):
+    assert KINDS[suffix][0](blocked) is False
+    assert KINDS[suffix][0](blocked) is False
+    [problem] = blocked.problems
+    assert "cannot be written" in problem
+    assert "CORSMAL_CACHE" in problem
+
+
+def test_a_full_disk_leaves_the_older_file_and_nothing_else(store, monkeypatch):
+    store.save_json("fits", KEY, {"a": 1})
+
+    def full(part, *_args, **_options):
+        part.touch()
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    assert store.save_json("fits", KEY, {"a": 2}) is False
+    assert "No space left on device" in store.problems[-1]
+    assert files(store) == [f"{KEY}.json"]
+    assert store.json("fits", KEY) == {"a": 1}
+
+
+class StoppedError(Exception):
+    pass
+
+
+def test_a_block_that_raises_leaves_the_older_file_and_nothing_else(store):
+    path = store.file("videos", KEY, ".mp4")
+    with store.writing(path) as part:
+        part.write_bytes(b"whole")
+
+    def write_half():
+        with store.writing(path) as part:
+            part.write_bytes(b"ha")
+            raise StoppedError
+
+    with pytest.raises(StoppedError):
+        write_half()
+    assert path.read_bytes() == b"whole"
+    assert files(store) == [path.name]
+
+
+def test_a_file_appears_only_when_it_is_whole(store):
+    path = store.file("videos", KEY, ".mp4")
+    with store.writing(path) as part:
+        part.write_bytes(b"whole")
+        assert part.parent == path.parent
+        assert part.suffix == ".mp4"
+        assert not path.exists()
+    assert path.read_bytes() == b"whole"
+
+
+def test_a_block_that_writes_nothing_or_cannot_write_is_an_error(store, blocked):
+    with pytest.raises(FileError, match="cannot be written"), store.writing(store.file("videos", KEY, ".mp4")):
+        pass
+    with pytest.raises(FileError, match="cannot be written"), blocked.writing(blocked.file("videos", KEY, ".mp4")):
+        pass
+
+
+def test_a_killed_process_leaves_no_half_file(store):
+    code = (
+        "import os, signal, sys; from pathlib import Path; from corsmal.store import Store\n"
+        "store = Store(Path(sys.argv[1])); path = store.file('videos', sys.argv[2], '.mp4')\n"
+        "with store.writing(path) as part:\n"
+        "    part.write_bytes(b'ha'); os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    repository = Path(__file__).resolve().parents[1]
+    subprocess.run([sys.executable, "-c", code, str(store.root), KEY], check=False, cwd=repository)
+    path = store.file("videos", KEY, ".mp4")
+    assert not path.exists()
+    with store.writing(path) as part:
+        part.write_bytes(b"whole")
+    assert path.read_bytes() == b"whole"
+
+
+@pytest.mark.parametrize("suffix", KINDS)
+def test_eight_threads_may_write_and_read_one_result(store, suffix):
+    save, load = KINDS[suffix]
+
+    def work(_):
+        return save(store) and load(store) is not None
+
+    with ThreadPoolExecutor(8) as threads:
+        assert all(threads.map(work, range(64)))
+    assert files(store) == [f"{KEY}{suffix}"]
+    assert store.problems == ()
+
+
+def test_two_processes_may_write_one_result(store):
+    values = [np.full(20_000, value) for value in range(8)]
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as processes:
+        saved = [processes.submit(store.save_arrays, "hulls", KEY, a=value) for value in values]
+        while not all(future.done() for future in saved):
+            found = store.arrays("hulls", KEY)
+            assert found is None or len(np.unique(found["a"])) == 1
+        assert all(future.result() for future in saved)
+    assert store.problems == ()
+    assert files(store) == [f"{KEY}.npz"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "key", "suffix", "message"),
+    [
+        ("../up", KEY, ".npz", "kind"),
+        ("", KEY, ".npz", "kind"),
+        ("hulls", "../../up", ".npz", "key"),
+        ("hulls", "000618", ".npz", "key"),
+        ("hulls", KEY, "npz", "suffix"),
+        ("hulls", KEY, "./npz", "suffix"),
+    ],
+)
+def test_what_cannot_be_part_of_a_path_is_an_error(store, kind, key, suffix, message):
+    with pytest.raises(ArgumentError, match=message):
+        store.file(kind, key, suffix)
+
+
+def test_values_that_would_need_a_pickle_or_are_no_json_are_errors(store):
+    with pytest.raises(ArgumentError, match="a must be an array of numbers"):
+        store.save_arrays("hulls", KEY, a=[{}])
+    for value in ({"a": float("nan")}, {"a": np.zeros(2)}):
+        with pytest.raises(ArgumentError, match="JSON"):
+            store.save_json("fits", KEY, value)
+    assert not store.root.exists()
+
+
+def test_a_file_that_is_no_object_is_set_aside(store):
+    store.save_json("fits", KEY, {})
+    the_file(store, ".json").write_text(json.dumps([1]), encoding="utf-8")
+    assert store.json("fits", KEY) is None
+
+
+def test_problems_are_kept_once_the_last_one_last_and_not_without_end(blocked):
+    keys = [digest(number) for number in range(PROBLEMS_MAX + 5)]
+    for key in [*keys, keys[-3]]:
+        blocked.save_json("fits", key, {})
+    assert len(blocked.problems) == PROBLEMS_MAX
+    assert keys[-3] in blocked.problems[-1]
+
+
+def test_the_folder_is_the_named_one_or_the_repository_s(monkeypatch, tmp_path):
+    monkeypatch.delenv("CORSMAL_CACHE", raising=False)
+    assert Store().root == Path(__file__).resolve().parents[1] / "cache"
+    monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path))
+    assert Store().root == tmp_path
+    assert Store(tmp_path / "x").root == tmp_path / "x"
+
+
+def test_a_store_travels_to_another_process(store):
+    again = pickle.loads(pickle.dumps(store))
+    assert again.root == store.root
