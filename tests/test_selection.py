@@ -72,8 +72,8 @@ def test_best_frame_is_the_first_of_the_highest_scores():
         "view1": {0: large, 1: large, 2: large, 3: small},
     }
     best = select_best_frame(views, pair=("view3", "view1"))
-    # frame 3: 900 + 100 less both views' share of the penalty, twice 2 x 64 pixels of overlap
-    assert [score.total for score in best.scores] == [400, 600, 600, 1000 - 2 * 128 - 400]
+    # frame 3: overlap of 8 x 8 pixels in view3 makes TP = 128, taken off both views' scores
+    assert [score.total for score in best.scores] == [400, 600, 600, 500 + 100 - 2 * 128]
     assert best.frame == 1
     assert best.centre_rule == "both thirds"
     assert best.score == best.scores[1]

@@ -67,7 +67,7 @@ def export_mesh(hull: Hull, *, file_format: MeshFormat) -> bytes:
     if len(faces) == 0:
         raise ArgumentError("the hull has fewer than two converged circumferences: there is no mesh to export")
     content = trimesh.Trimesh(vertices, faces, process=False).export(file_type=file_format)
-    return content.encode() if isinstance(content, str) else content
+    return content if isinstance(content, bytes) else str(content).encode()
 
 
 def profile_table(hull: Hull, dimensions: Dimensions) -> pd.DataFrame:

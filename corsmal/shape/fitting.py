@@ -155,7 +155,7 @@ def _axis_extent(cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: F
 def on_mask(mask: Mask, pixels: Floats) -> NDArray[np.bool_]:
     """Which of (n, 2) pixels ``(x, y)``, rounded, fall on a mask; those outside the image or not finite do not."""
     rounded = np.floor(np.where(np.isfinite(pixels), pixels, -1.0) + 0.5)
-    inside = ((rounded >= 0) & (rounded < mask.shape[::-1])).all(axis=1)
+    inside: NDArray[np.bool_] = np.all((rounded >= 0) & (rounded < mask.shape[::-1]), axis=1)
     column, row = np.where(inside[:, None], rounded, 0).astype(np.intp).T
     return inside & mask[row, column]
 

@@ -1,0 +1,35 @@
+"""The app: navigation, the dataset folder and the recording picker. ``streamlit run app.py -- --data DIR``."""
+
+import streamlit as st
+from streamlit.runtime.pages_manager import PagesManager
+
+from corsmal.ui import session
+from corsmal.ui.routes import routes
+
+
+def main() -> None:
+    """One run of the script: what Streamlit calls for every page and every change."""
+    st.set_page_config(page_title="corsmal", page_icon=":material/local_cafe:", layout="wide")
+    # Paths differ from the files' names on purpose: otherwise Streamlit takes pages/ for its older kind of app
+    page = st.navigation(
+        [
+            st.Page(
+                "pages/recordings.py",
+                title="Recordings",
+                url_path="dataset",
+                icon=":material/video_library:",
+                default=True,
+            ),
+            st.Page("pages/frames.py", title="Frames", url_path="best-frame", icon=":material/center_focus_strong:"),
+            st.Page("pages/shape.py", title="Shape", url_path="hull", icon=":material/deployed_code:"),
+        ]
+    )
+    session.begin()
+    page.run()
+
+
+if __name__ == "__main__":
+    main()
+else:
+    PagesManager.uses_pages_directory = False  # an address of a page opened first must go through this file, too
+    app = st.App(__file__, routes=routes())

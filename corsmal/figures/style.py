@@ -1,0 +1,32 @@
+"""One colour for one thing, on every page and in both themes."""
+
+import plotly.graph_objects as go
+
+VIEW_COLOURS = {"view1": "#E69F00", "view2": "#009E73", "view3": "#3B8EDE", "view4": "#8A8F98"}
+CONTAINER = "#14B8A6"
+HULL = "#5B8DEF"
+RING = "#2F5BB7"
+PENALTY = "#D55E00"
+BEST = "#CC79A7"
+DROPPED = "#D55E00"
+INSIDE = "#14B8A6"
+OUTSIDE = "#E5484D"
+TRUTH = "#8A8F98"
+TOTAL = "#7C6CF2"
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """A ``#rrggbb`` colour as three bytes."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+def plain_layout(**changes: object) -> go.Layout:
+    """The layout that all figures share: no title, tight margins, legend above, the theme's own background."""
+    return go.Layout(
+        margin={"l": 60, "r": 12, "t": 34, "b": 46},
+        legend={"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"},
+        paper_bgcolor="rgba(0,0,0,0)",
+        plot_bgcolor="rgba(0,0,0,0)",
+        hoverlabel={"namelength": -1},
+        **changes,
+    )

@@ -1,0 +1,1 @@
+"""What the pages share: the choice in the address bar, cached calls, background jobs and components."""

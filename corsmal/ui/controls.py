@@ -1,0 +1,196 @@
+"""Controls that pages share: the pair of views, the frame, the parameters of the fit."""
+
+from dataclasses import replace
+from typing import Any
+
+import streamlit as st
+
+from corsmal.dataset import Recording
+from corsmal.errors import ArgumentError
+from corsmal.figures.hull import Scope
+from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, ShapeParameters
+from corsmal.selection import BestFrame, Pair
+from corsmal.ui import data, session
+from corsmal.ui.linked_plot import PlotEvent, Slider
+from corsmal.ui.url import HEIGHT_LIMIT_MM, LIMITS, WHOLE
+
+FIT_RULES = {"any": "at least one view (paper)", "all": "both views (LoDE)"}
+WIDTH_RULES = {"ends": "at the ends of the profile (paper)", "widest": "twice the largest radius (LoDE)"}
+REFERENCES = {"masks": "the axis' extent in the masks", "world": "the table, z = 0", "centroid": "the centroid"}
+LIVE = {"circumferences": "L, circumferences", "max_difference_mm": "d_max"}
+"""The parameters that refit while they are dragged."""
+QUIET = {
+    "points": "N, points per circumference",
+    "radii": "Radii tried",
+    "radius_max_mm": "r_max",
+    "radius_min_mm": "r_min",
+}
+
+
+def pair_control(recording: Recording) -> tuple[Pair, BestFrame]:
+    """Choose the pair of views; at first the first pair that has a best frame.
+
+    Returns:
+        The pair and its best frame.
+    """
+    selections = {pair: data.best_frame(recording, pair=pair) for pair in PAIRS}
+    automatic = next((pair for pair, best in selections.items() if best.ok), PAIRS[0])
+    st.session_state["pair_control"] = session.choice().pair or automatic
+    st.segmented_control(
+        "Pair of views",
+        PAIRS,
+        key="pair_control",
+        required=True,
+        format_func=lambda pair: f"{pair[0]} + {pair[1]}" + ("" if selections[pair].ok else " (no container)"),
+        on_change=lambda: session.choose(pair=st.session_state["pair_control"]),
+        help="The method tries the frontal view with the left one first, then with the right one.",
+    )
+    pair = session.choice().pair or automatic
+    return pair, selections[pair]
+
+
+def frame_control(best: BestFrame, *, frames: int) -> int:
+    """Choose the frame; at first the best one.
+
+    Returns:
+        The frame index.
+    """
+    chosen = session.choice().frame
+    automatic = best.frame if best.frame is not None else 0
+    frame = min(automatic if chosen is None else chosen, frames - 1)
+    st.session_state["frame_control"] = frame
+    left, right = st.columns([2, 1], vertical_alignment="bottom")
+    left.number_input(
+        f"Frame (0 to {frames - 1})",
+        0,
+        frames - 1,
+        key="frame_control",
+        on_change=lambda: session.choose(frame=int(st.session_state["frame_control"])),
+    )
+    right.button(
+        f"Best: {automatic}",
+        icon=":material/star:",
+        disabled=frame == automatic,
+        on_click=lambda: session.choose(frame=None),
+        width="stretch",
+    )
+    return frame
+
+
+def preset_control() -> None:
+    """Choose a preset; it sets all parameters of the fit."""
+    current = session.choice()
+    st.session_state["preset_control"] = current.preset
+    st.segmented_control(
+        "Preset" if current.is_preset else "Preset (changed)",
+        list(SHAPE_PRESETS),
+        key="preset_control",
+        required=True,
+        on_change=_preset_chosen,
+        help="`paper`: the published method. `lode`: the method that it was made from.",
+    )
+    if not current.is_preset:
+        st.button(f"Back to {current.preset}", on_click=_preset_chosen, icon=":material/undo:")
+
+
+def scope_control() -> Scope:
+    """Choose what the 3D figure frames."""
+    scope: Scope = st.segmented_control(
+        "Show", ["container", "cameras"], default="container", key="scope", required=True, label_visibility="collapsed"
+    )
+    return scope
+
+
+def live_sliders() -> list[Slider]:
+    """The sliders that refit while they are dragged, at their present values."""
+    shape = session.choice().shape
+    return [
+        Slider(
+            name, label, LIMITS[name].low, LIMITS[name].high, LIMITS[name].step, getattr(shape, name), LIMITS[name].unit
+        )
+        for name, label in LIVE.items()
+    ]
+
+
+def apply_sliders(event: PlotEvent) -> None:
+    """Take over what the user dragged; the address is written when the dragging ends."""
+    values: dict[str, Any] = {
+        name: int(value) if name in WHOLE else value for name, value in event.values.items() if name in LIVE
+    }
+    if values:
+        session.choose(shape=replace(session.choice().shape, **values), settled=event.settled)
+    if event.settled:
+        session.write_address()
+
+
+def other_parameters() -> None:
+    """The parameters that are changed seldom, in an expander."""
+    shape = session.choice().shape
+    with st.expander("More parameters", icon=":material/tune:"):
+        for name, label in QUIET.items():
+            limits = LIMITS[name]
+            kind = int if name in WHOLE else float
+            st.session_state[f"shape_{name}"] = kind(getattr(shape, name))
+            st.slider(
+                f"{label} ({limits.unit})" if limits.unit else label,
+                kind(limits.low),
+                kind(limits.high),
+                step=kind(limits.step),
+                key=f"shape_{name}",
+                on_change=_changed,
+                args=(name,),
+            )
+        _rule("fit_rule", "A circumference must fit", FIT_RULES)
+        _rule("width_rule", "Widths and height", WIDTH_RULES)
+        _height_range(shape.height_range)
+
+
+def _rule(name: str, label: str, options: dict[str, str]) -> None:
+    st.session_state[f"shape_{name}"] = getattr(session.choice().shape, name)
+    st.selectbox(
+        label, list(options), key=f"shape_{name}", format_func=options.__getitem__, on_change=_changed, args=(name,)
+    )
+
+
+def _height_range(value: HeightRange) -> None:
+    for part in ("reference", "low_mm", "high_mm"):
+        st.session_state[f"shape_{part}"] = getattr(value, part)
+    st.selectbox(
+        "Heights measured from",
+        list(REFERENCES),
+        key="shape_reference",
+        format_func=REFERENCES.__getitem__,
+        on_change=_height_changed,
+    )
+    left, right = st.columns(2)
+    for column, part, label in ((left, "low_mm", "from (mm)"), (right, "high_mm", "to (mm)")):
+        column.number_input(
+            label, -HEIGHT_LIMIT_MM, HEIGHT_LIMIT_MM, step=5.0, key=f"shape_{part}", on_change=_height_changed
+        )
+
+
+def _preset_chosen() -> None:
+    session.choose(shape=SHAPE_PRESETS[st.session_state["preset_control"]])
+
+
+def _changed(name: str) -> None:
+    _try_shape(**{name: st.session_state[f"shape_{name}"]})
+
+
+def _height_changed() -> None:
+    state = st.session_state
+    try:
+        value = HeightRange(state["shape_reference"], state["shape_low_mm"], state["shape_high_mm"])
+    except ArgumentError as error:
+        st.toast(f"Not possible: {error}.")
+        return
+    _try_shape(height_range=value)
+
+
+def _try_shape(**changes: Any) -> None:
+    try:
+        shape: ShapeParameters = replace(session.choice().shape, **changes)
+    except ArgumentError as error:
+        st.toast(f"Not possible: {error}.")
+        return
+    session.choose(shape=shape)

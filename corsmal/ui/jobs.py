@@ -1,0 +1,94 @@
+"""Long work in the background: one job per key, however many sessions ask for it."""
+
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+from corsmal.errors import CorsmalError
+
+
+@dataclass
+class Job:
+    """One piece of background work, watched by any number of sessions.
+
+    Args:
+        label: what it does, for people.
+        done: how many steps are done.
+        total: how many there are; 0 while unknown.
+        state: ``waiting``, ``running``, ``done``, ``cancelled`` or ``failed``.
+        problem: why it failed, one sentence.
+    """
+
+    label: str
+    done: int = 0
+    total: int = 0
+    state: str = "waiting"
+    problem: str = ""
+    started_s: float = field(default_factory=time.monotonic)
+    _cancel: threading.Event = field(default_factory=threading.Event)
+
+    def advance(self, done: int, total: int) -> None:
+        """Say how far the work is."""
+        self.done, self.total = done, total
+
+    def cancel(self) -> None:
+        """Ask the work to stop; what was done is kept."""
+        self._cancel.set()
+
+    def cancelled(self) -> bool:
+        """Whether somebody asked the work to stop."""
+        return self._cancel.is_set()
+
+    @property
+    def active(self) -> bool:
+        """Whether the work still waits or runs."""
+        return self.state in ("waiting", "running")
+
+    @property
+    def seconds_left(self) -> float | None:
+        """At the rate so far; None before the first step."""
+        if not self.done or not self.total:
+            return None
+        return (time.monotonic() - self.started_s) / self.done * (self.total - self.done)
+
+
+class Jobs:
+    """Runs jobs one after the other and remembers the last one of each key."""
+
+    def __init__(self) -> None:
+        self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="corsmal-job")
+        self._jobs: dict[str, Job] = {}
+        self._lock = threading.Lock()
+
+    def get(self, key: str) -> Job | None:
+        """The last job of a key."""
+        return self._jobs.get(key)
+
+    def start(self, key: str, label: str, work: Callable[[Job], None]) -> Job:
+        """Start work, or return the job that already does it.
+
+        Args:
+            key: names the work, the same in every session.
+            label: what it does, for people.
+            work: called with the job in another thread; it calls ``advance`` and heeds ``cancelled``.
+        """
+        with self._lock:
+            job = self._jobs.get(key)
+            if job is not None and job.active:
+                return job
+            job = self._jobs[key] = Job(label)
+            self._executor.submit(_run, job, work)
+            return job
+
+
+def _run(job: Job, work: Callable[[Job], None]) -> None:
+    job.state, job.started_s = "running", time.monotonic()
+    try:
+        work(job)
+        job.state = "cancelled" if job.cancelled() else "done"
+    except CorsmalError as error:
+        job.problem, job.state = str(error), "failed"
+    except Exception as error:  # noqa: BLE001 - the thread would swallow it: the page must say that the job died
+        job.problem, job.state = f"{job.label} stopped unexpectedly: {error!r}", "failed"

@@ -1,0 +1,32 @@
+"""The files that the browser needs: the component's own, and plotly.min.js out of the installed plotly package."""
+
+from pathlib import Path
+from typing import Final
+
+import plotly
+from starlette.requests import Request
+from starlette.responses import FileResponse
+from starlette.routing import Route
+
+HERE: Final = Path(__file__).parent
+
+PLOTLY_URL: Final = f"/corsmal/plotly-{plotly.__version__}.min.js"
+"""Where the app serves plotly.js; the version is in the name so that browsers may keep the file for good."""
+
+
+def plotly_route() -> Route:
+    """The route that serves plotly.js from this machine, to be given to ``st.App(routes=...)``."""
+    return Route(PLOTLY_URL, _plotly_js)
+
+
+def read_asset(name: str) -> str:
+    """The text of a file that lies beside this one."""
+    return (HERE / name).read_text(encoding="utf-8")
+
+
+async def _plotly_js(_request: Request) -> FileResponse:
+    return FileResponse(
+        Path(plotly.__file__).parent / "package_data" / "plotly.min.js",
+        media_type="text/javascript",
+        headers={"Cache-Control": "public, max-age=31536000, immutable"},
+    )

@@ -1,0 +1,118 @@
+"""The component behind every linked plot, and how a page talks to it.
+
+The page owns the values, the browser reports what the user does. A page therefore asks first and draws after::
+
+    @st.fragment
+    def hull_plot() -> None:
+        parameters.update(plot_event("hull").values)
+        linked_plot(figure(parameters), key="hull", label="Hull", sliders=[Slider(..., value=parameters["L"])])
+
+``Slider.value`` is what the input shows. As long as the user drags it, or the answer to the last report is on its
+way, the browser keeps the user's position; otherwise it follows ``Slider.value``, so a preset or an opened address
+moves the sliders. An event is handed out once: by ``plot_event`` if the page asks before drawing, else by
+``linked_plot``.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+import plotly.graph_objects as go
+import streamlit as st
+from plotly.io.json import to_json_plotly
+
+from corsmal.errors import ArgumentError
+from corsmal.ui.linked_plot.assets import PLOTLY_URL, read_asset
+from corsmal.ui.linked_plot.events import PlotEvent, Slider, parse_event
+
+_component = st.components.v2.component(
+    "corsmal.linked_plot", css=read_asset("linked_plot.css"), js=read_asset("linked_plot.js"), isolate_styles=False
+)
+
+
+def linked_plot(
+    figure: go.Figure,
+    *,
+    key: str,
+    label: str,
+    height_px: int = 480,
+    sliders: Sequence[Slider] = (),
+    keys: Sequence[str] = (),
+    revision: str = "",
+) -> PlotEvent:
+    """Show a figure that keeps its camera and reports what the user does with it.
+
+    Inside a ``st.fragment`` only the fragment runs again. Colours and fonts that the figure does not set come from
+    the app's theme.
+
+    Args:
+        figure: the figure; width, height and template are replaced.
+        key: names the plot in ``st.session_state``; unique in the app.
+        label: accessible name.
+        height_px: height of the figure without the range inputs.
+        sliders: range inputs under the figure.
+        keys: keys, named as in ``KeyboardEvent.key``, that are reported wherever they are pressed on the page
+            except in an input.
+        revision: camera, zoom and hidden traces stay while this stays the same.
+
+    Returns:
+        What the user did since the last run, with the values of all range inputs.
+
+    Raises:
+        ArgumentError: two range inputs share a name, or the height is not positive.
+    """
+    names = [slider.name for slider in sliders]
+    if len(set(names)) < len(names):
+        raise ArgumentError(f"sliders must have different names, got {names}")
+    if height_px < 1:
+        raise ArgumentError(f"height_px must be positive, got {height_px}")
+    event = plot_event(key)
+    _component(
+        key=key,
+        data={
+            "figure": _figure_json(figure),
+            "label": label,
+            "height": height_px,
+            "sliders": [asdict(slider) | {"marks": list(slider.marks.items())} for slider in sliders],
+            "keys": list(keys),
+            "revision": revision or key,
+            "acknowledged": st.session_state.get(_acknowledged_key(key), 0),
+            "plotly_url": PLOTLY_URL,
+        },
+        on_report_change=_no_callback,
+    )
+    return replace(event, values={slider.name: slider.value for slider in sliders} | dict(event.values))
+
+
+def plot_event(key: str) -> PlotEvent:
+    """What the user did to a linked plot since its last run, asked before it is drawn.
+
+    Args:
+        key: the plot's key.
+
+    Returns:
+        The event, once; an empty one when this run has another cause, or the event was handed out before.
+
+    Raises:
+        ArgumentError: the browser sent something that cannot be read.
+    """
+    report: dict[str, Any] = (st.session_state.get(key) or {}).get("report") or {}
+    sequence = report.get("sequence", 0)
+    if sequence <= st.session_state.get(_acknowledged_key(key), 0):
+        return PlotEvent()
+    st.session_state[_acknowledged_key(key)] = sequence
+    return parse_event(report)
+
+
+def _acknowledged_key(key: str) -> str:
+    return f"{key}.acknowledged"
+
+
+def _figure_json(figure: go.Figure) -> str:
+    parts = figure.to_dict()
+    parts.get("layout", {}).pop("template", None)
+    return str(to_json_plotly(parts))
+
+
+def _no_callback() -> None:
+    """Streamlit names a component's state by its callbacks; the run itself is all that is wanted."""

@@ -1,0 +1,148 @@
+"""What goes into a linked plot and what comes out of it: range inputs, clicks, keys, shapes."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from corsmal.errors import ArgumentError
+
+PRESSES_MAX = 1000
+"""More presses than a held key gives between two answers; a larger number can only be made up."""
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A range input under the figure, with a number entry beside it.
+
+    Args:
+        name: the key of its value in ``PlotEvent.values``.
+        label: what the user reads.
+        min: the lowest value.
+        max: the highest value.
+        step: the distance between values, counted from ``min``.
+        value: what the input shows, in ``min``..``max``.
+        unit: written after the number.
+        marks: labelled positions under the track; a click on a label moves there.
+    """
+
+    name: str
+    label: str
+    min: float
+    max: float
+    step: float
+    value: float
+    unit: str = ""
+    marks: Mapping[float, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (self.min, self.max, self.step, self.value))):
+            raise ArgumentError(f"slider {self.name!r}: min, max, step and value must be finite numbers")
+        if not (self.min < self.max and self.step > 0):
+            raise ArgumentError(
+                f"slider {self.name!r}: min must be below max and step positive, "
+                f"got min {self.min}, max {self.max}, step {self.step}"
+            )
+        for number in (self.value, *self.marks):
+            if not self.min <= number <= self.max:
+                raise ArgumentError(
+                    f"slider {self.name!r}: value and marks must lie in {self.min}..{self.max}, got {number}"
+                )
+
+
+@dataclass(frozen=True)
+class Click:
+    """A click on a point of the figure.
+
+    Args:
+        x: the point's x, in the axis' unit; text on a category axis.
+        y: the point's y, likewise.
+        curve: the number of the trace, from 0.
+        customdata: what the trace holds for the point, or None.
+        point_index: the number of the point in its trace, from 0; (row, column) in heatmaps and surfaces.
+    """
+
+    x: float | str | None
+    y: float | str | None
+    curve: int
+    customdata: Any = None
+    point_index: int | tuple[int, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Where a shape of the figure stands after the user moved it, in the unit of its axes.
+
+    Args:
+        name: the name that the figure gave the shape; empty when it gave none.
+        x0: one end in x.
+        x1: the other end in x.
+        y0: one end in y.
+        y1: the other end in y.
+    """
+
+    name: str
+    x0: float | str
+    x1: float | str
+    y0: float | str
+    y1: float | str
+
+
+@dataclass(frozen=True)
+class PlotEvent:
+    """What the user did to a linked plot since its last run.
+
+    Args:
+        click: the point that was clicked, only in the run that the click caused.
+        key: the key that was pressed and how often, likewise.
+        values: values of range inputs by name: from ``plot_event`` those that the user moved, likewise; from
+            ``linked_plot`` all of them.
+        shapes: all shapes of the figure when the user moved one, likewise.
+        settled: False while a range input is being dragged: more is coming, so keep slow work for later.
+    """
+
+    click: Click | None = None
+    key: tuple[str, int] | None = None
+    values: Mapping[str, float] = field(default_factory=dict)
+    shapes: list[Shape] | None = None
+    settled: bool = True
+
+
+def parse_event(report: Mapping[str, Any]) -> PlotEvent:
+    """The event in a report from the browser.
+
+    Args:
+        report: as ``linked_plot.js`` sends it. Anyone who can reach the app can make one up.
+
+    Raises:
+        ArgumentError: it is not of that form.
+    """
+    try:
+        key, shapes, values = report.get("key"), report.get("shapes"), report.get("values") or {}
+        event = PlotEvent(
+            click=_click(report["click"]) if report.get("click") else None,
+            key=(str(key["key"]), min(max(int(key["count"]), 1), PRESSES_MAX)) if key else None,
+            values={str(name): float(value) for name, value in values.items()},
+            shapes=[_shape(shape) for shape in shapes] if shapes is not None else None,
+            settled=bool(report.get("settled", True)),
+        )
+    except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
+        raise ArgumentError(f"a linked plot sent a report that cannot be read ({error!r}); reload the page") from error
+    if not all(map(math.isfinite, event.values.values())):
+        raise ArgumentError("a linked plot sent a value that is not a finite number; reload the page")
+    return event
+
+
+def _click(raw: Mapping[str, Any]) -> Click:
+    index = raw.get("point_index")
+    return Click(
+        x=raw.get("x"),
+        y=raw.get("y"),
+        curve=int(raw["curve"]),
+        customdata=raw.get("customdata"),
+        point_index=tuple(int(number) for number in index) if isinstance(index, list) else index,
+    )
+
+
+def _shape(raw: Mapping[str, Any]) -> Shape:
+    return Shape(str(raw.get("name") or ""), raw["x0"], raw["x1"], raw["y0"], raw["y1"])

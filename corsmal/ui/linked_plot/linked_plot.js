@@ -1,0 +1,249 @@
+// One Plotly figure with range inputs under it. The server owns every value: the browser reports what the user did,
+// at most one report at a time, and shows what the server answers.
+
+const REPORT_TIMEOUT_MS = 2000; // an answer may get lost (a run that failed): then the next report goes out anyway
+const OWN_KEYS =
+  "input, textarea, select, audio, video, [contenteditable]:not([contenteditable='false']), [role='slider'], [role='tab'], " +
+  "[role='radio'], [role='grid'], [role='listbox'], [role='combobox'], [role='menu'], [role='spinbutton'], [role='textbox']";
+
+const plots = new WeakMap();
+
+export default function mount({ data, parentElement, setStateValue }) {
+  if (!plots.has(parentElement)) plots.set(parentElement, new LinkedPlot(parentElement));
+  const plot = plots.get(parentElement);
+  plot.send = (report) => setStateValue("report", report);
+  plot.update(data);
+  // Streamlit also calls this for renders that a newer one overtook; only leaving the page counts.
+  return () => setTimeout(() => parentElement.isConnected || plot.remove());
+}
+
+function loadPlotly(url) {
+  window.corsmalPlotly ??= new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    script.src = url;
+    script.onload = () => resolve(window.Plotly);
+    script.onerror = () => {
+      window.corsmalPlotly = undefined;
+      reject(new Error(`${url} could not be loaded; start the app with "streamlit run app.py"`));
+    };
+    document.head.append(script);
+  });
+  return window.corsmalPlotly;
+}
+
+function element(tag, className, parent, attributes = {}) {
+  const node = Object.assign(document.createElement(tag), attributes);
+  node.className = className;
+  parent.append(node);
+  return node;
+}
+
+class LinkedPlot {
+  constructor(parent) {
+    this.root = element("div", "linked-plot", parent, { role: "group" });
+    this.figure = element("div", "linked-plot-figure", this.root);
+    this.bar = element("div", "linked-plot-sliders", this.root);
+    this.sliders = new Map();
+    this.sequence = 0; // of the last report sent
+    this.waiting = false; // for its answer
+    this.pending = null; // what happened since
+    this.pendingKeys = [];
+    this.drawn = ""; // the figure, its size and its colours, as last given to Plotly
+    this.queue = Promise.resolve();
+    this.onKey = (event) => this.pressKey(event);
+    document.addEventListener("keydown", this.onKey);
+    const fit = () => this.ready && this.figure.clientWidth > 0 && window.Plotly.Plots.resize(this.figure);
+    this.resizer = new ResizeObserver(fit);
+    this.resizer.observe(this.figure);
+  }
+
+  remove() {
+    document.removeEventListener("keydown", this.onKey);
+    this.resizer.disconnect();
+    clearTimeout(this.timer);
+    if (this.ready) window.Plotly.purge(this.figure);
+    this.root.remove();
+  }
+
+  update(data) {
+    this.data = data;
+    this.sequence = Math.max(this.sequence, data.acknowledged);
+    this.root.setAttribute("aria-label", data.label);
+    this.figure.style.height = `${data.height}px`;
+    this.updateSliders();
+    // Drawn one after the other, and only the newest: answers that come faster than Plotly draws are skipped.
+    this.queue = this.queue.then(async () => {
+      if (data !== this.data) return;
+      await this.draw(data);
+      this.acknowledge(data.acknowledged);
+    });
+  }
+
+  async draw(data) {
+    const theme = this.theme();
+    const drawn = [data.figure, data.height, data.revision, JSON.stringify(theme)].join("\n");
+    if (drawn === this.drawn) return;
+    try {
+      const Plotly = await loadPlotly(data.plotly_url);
+      const { data: traces, layout = {} } = JSON.parse(data.figure);
+      const shapePosition = Boolean(layout.shapes?.length && layout.shapes.every((shape) => shape.editable));
+      const config = { displaylogo: false, showSendToCloud: false, edits: { shapePosition } };
+      Object.assign(layout, { template: theme, height: data.height, uirevision: data.revision, autosize: true });
+      delete layout.width;
+      if (!this.ready) this.figure.replaceChildren();
+      else if (this.revision === data.revision) this.keepCameras(layout);
+      await Plotly.react(this.figure, traces, layout, config);
+      if (!this.ready) this.listen();
+      Object.assign(this, { ready: true, drawn, revision: data.revision });
+    } catch (error) {
+      Object.assign(this, { ready: false, drawn: "" });
+      this.figure.replaceChildren();
+      element("div", "linked-plot-problem", this.figure, { textContent: `This plot cannot be shown: ${error.message}` });
+    }
+  }
+
+  // Plotly's own uirevision goes back to where the mouse button came up, although the view still turns a little then.
+  keepCameras(layout) {
+    const { _fullLayout: full } = this.figure;
+    for (const id of full._subplots.gl3d) layout[id] = { ...layout[id], camera: full[id]._scene.getCamera() };
+  }
+
+  theme() {
+    const style = getComputedStyle(this.root);
+    const color = (name) => style.getPropertyValue(`--st-${name}`).trim();
+    const [text, paper, border] = [color("text-color"), color("background-color"), color("border-color")];
+    const axis = { gridcolor: border, linecolor: border, zerolinecolor: border, tickcolor: border };
+    const spatial = { ...axis, showbackground: false };
+    const layout = {
+      paper_bgcolor: paper,
+      plot_bgcolor: paper,
+      font: { color: text, family: color("font"), size: 13 },
+      colorway: color("chart-categorical-colors").split(/,(?![^(]*\))/).map((name) => name.trim()),
+      hoverlabel: { bgcolor: color("secondary-background-color"), bordercolor: border, font: { color: text } },
+      modebar: { bgcolor: "rgba(0, 0, 0, 0)", color: color("gray-text-color"), activecolor: color("primary-color") },
+      legend: { bgcolor: "rgba(0, 0, 0, 0)" },
+      shapedefaults: { line: { color: text } },
+      margin: { l: 56, r: 16, t: 32, b: 48 },
+      xaxis: { ...axis, automargin: true },
+      yaxis: { ...axis, automargin: true },
+      scene: { xaxis: spatial, yaxis: spatial, zaxis: spatial },
+    };
+    return { layout };
+  }
+
+  report(change) {
+    this.pending = { ...this.pending, ...change };
+    this.flush();
+  }
+
+  flush() {
+    if (this.waiting || (!this.pending && !this.pendingKeys.length)) return;
+    const report = { sequence: ++this.sequence, ...this.pending };
+    if (this.pendingKeys.length) report.key = this.pendingKeys.shift();
+    this.pending = null;
+    this.waiting = true;
+    this.timer = setTimeout(() => this.acknowledge(this.sequence), REPORT_TIMEOUT_MS);
+    this.send(report);
+  }
+
+  acknowledge(sequence) {
+    this.root.dataset.acknowledged = sequence;
+    if (sequence < this.sequence) return;
+    clearTimeout(this.timer);
+    this.waiting = false;
+    this.flush();
+  }
+
+  listen() {
+    this.figure.on("plotly_click", (event) => this.report({ click: clickOf(event.points[0]) }));
+    this.figure.on("plotly_relayout", (change) => {
+      if (!Object.keys(change).some((key) => key.startsWith("shapes["))) return;
+      this.report({ shapes: this.figure.layout.shapes.map(({ name, x0, x1, y0, y1 }) => ({ name, x0, x1, y0, y1 })) });
+    });
+  }
+
+  pressKey(event) {
+    if (!this.data?.keys.includes(event.key) || event.defaultPrevented) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(OWN_KEYS)) return;
+    event.preventDefault();
+    const last = this.pendingKeys.at(-1);
+    if (last?.key === event.key) last.count += 1;
+    else this.pendingKeys.push({ key: event.key, count: 1 });
+    this.flush();
+  }
+
+  updateSliders() {
+    const names = this.data.sliders.map((slider) => slider.name);
+    if (names.join("\n") !== [...this.sliders.keys()].join("\n")) {
+      this.bar.replaceChildren();
+      this.sliders = new Map(names.map((name) => [name, this.makeSlider(name)]));
+    }
+    const settled = this.data.acknowledged >= this.sequence && !this.pending?.values;
+    for (const slider of this.data.sliders) {
+      const view = this.sliders.get(slider.name);
+      view.label.textContent = slider.label;
+      view.unit.textContent = slider.unit;
+      view.number.setAttribute("aria-label", `${slider.label}, number`);
+      const { min, max, step } = slider;
+      for (const input of [view.range, view.number]) Object.assign(input, { min, max, step });
+      this.updateMarks(view, slider);
+      if (settled && !view.held) this.show(view, slider.value, slider.unit);
+    }
+  }
+
+  updateMarks(view, slider) {
+    view.marks.hidden = !slider.marks.length;
+    view.marks.replaceChildren();
+    for (const [value, text] of slider.marks) {
+      const button = element("button", "", view.marks, { type: "button", textContent: text });
+      button.style.left = `${(100 * (value - slider.min)) / (slider.max - slider.min)}%`;
+      button.onclick = () => this.move(slider.name, value, true);
+    }
+  }
+
+  makeSlider(name) {
+    const box = element("div", "linked-plot-slider", this.bar);
+    const id = `linked-plot-${crypto.getRandomValues(new Uint32Array(1))[0]}`;
+    const view = {
+      label: element("label", "", box, { htmlFor: id }),
+      number: element("input", "", box, { type: "number" }),
+      unit: element("span", "linked-plot-unit", box),
+      range: element("input", "", box, { type: "range", id }),
+      marks: element("div", "linked-plot-marks", box),
+      held: false,
+    };
+    view.range.dataset.name = name;
+    view.range.onpointerdown = () => (view.held = true);
+    view.range.onpointerup = view.range.onpointercancel = () => (view.held = false);
+    view.range.oninput = () => this.move(name, view.range.valueAsNumber, false);
+    view.range.onchange = () => this.move(name, view.range.valueAsNumber, true);
+    view.number.onchange = () => {
+      view.range.value = view.number.value; // the range input keeps it between min and max, on a step
+      this.move(name, view.range.valueAsNumber, true);
+    };
+    return view;
+  }
+
+  move(name, value, settled) {
+    const slider = this.data.sliders.find((one) => one.name === name);
+    this.show(this.sliders.get(name), value, slider.unit);
+    this.report({ values: { ...this.pending?.values, [name]: value }, settled });
+  }
+
+  show(view, value, unit) {
+    view.range.value = value;
+    view.number.value = value;
+    view.range.setAttribute("aria-valuetext", `${value} ${unit}`.trim());
+  }
+}
+
+function clickOf(point) {
+  const plain = (value) => (ArrayBuffer.isView(value) ? Array.from(value) : (value ?? null));
+  return {
+    x: plain(point.x),
+    y: plain(point.y),
+    curve: point.curveNumber,
+    customdata: plain(point.customdata),
+    point_index: plain(point.pointNumber ?? point.pointIndex),
+  };
+}

@@ -1,0 +1,46 @@
+"""What the server hands out beside the pages: plotly.js and thumbnails."""
+
+import threading
+from collections import OrderedDict
+
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route
+
+from corsmal.dataset import Dataset
+from corsmal.errors import CorsmalError
+from corsmal.store import Store, digest
+from corsmal.ui.linked_plot import plotly_route
+from corsmal.ui.media import thumbnail
+
+DATASETS_MAX = 32
+
+_datasets: OrderedDict[str, Dataset] = OrderedDict()
+_lock = threading.Lock()
+
+
+def routes() -> list[Route]:
+    """The routes to give to ``st.App``."""
+    return [plotly_route(), Route("/thumbnails/{dataset}/{recording}.jpg", _thumbnail)]
+
+
+def thumbnail_urls(dataset: Dataset, ids: list[str]) -> list[str]:
+    """Addresses of recordings' thumbnails; only datasets that a page has shown are served."""
+    name = digest("dataset", str(dataset.root))
+    with _lock:
+        _datasets[name] = dataset
+        _datasets.move_to_end(name)
+        while len(_datasets) > DATASETS_MAX:
+            _datasets.popitem(last=False)
+    return [f"/thumbnails/{name}/{recording}.jpg" for recording in ids]
+
+
+def _thumbnail(request: Request) -> Response:
+    dataset = _datasets.get(request.path_params["dataset"])
+    if dataset is None:
+        return PlainTextResponse("no such dataset is open", status_code=404)
+    try:
+        content = thumbnail(dataset[request.path_params["recording"]], store=Store())
+    except CorsmalError:
+        return PlainTextResponse("no picture", status_code=404)
+    return Response(content, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=3600"})

@@ -1,0 +1,138 @@
+"""What one browser session is looking at: its dataset folder, recording, frame and parameters."""
+
+import argparse
+import os
+import sys
+from dataclasses import replace
+from typing import Any
+
+import streamlit as st
+
+from corsmal.dataset import Dataset, Recording
+from corsmal.errors import CorsmalError
+from corsmal.ui import data
+from corsmal.ui.tables import most_complete, recording_labels
+from corsmal.ui.url import Choice, from_params, to_params
+
+CHOICE, WRITTEN, PROBLEMS, FOLDER, PICKER = "choice", "url_written", "url_problems", "data_folder", "picker"
+
+
+def begin() -> None:
+    """Read the address, show the sidebar's pickers and write the address: first thing on every page."""
+    _read_address()
+    with st.sidebar:
+        _folder_input()
+        found = dataset()
+        if found is not None:
+            _recording_picker(found)
+    for problem in st.session_state.get(PROBLEMS, ()):
+        st.warning(problem, icon=":material/link_off:")
+    write_address()
+
+
+def choice() -> Choice:
+    """What this session is looking at."""
+    current: Choice = st.session_state.setdefault(CHOICE, Choice())
+    return current
+
+
+def choose(*, settled: bool = True, **changes: Any) -> None:
+    """Look at something else.
+
+    Args:
+        settled: False while something is being dragged: the address is written when it stops.
+        changes: fields of ``Choice``.
+    """
+    st.session_state[CHOICE] = replace(choice(), **changes)
+    if settled:
+        st.session_state[PROBLEMS] = ()
+
+
+def write_address() -> None:
+    """Let the address bar say what this session is looking at; every change is a step of the browser's history."""
+    params = to_params(choice())
+    if st.query_params.to_dict() != params:
+        st.query_params.from_dict(params)
+    st.session_state[WRITTEN] = params
+
+
+def dataset() -> Dataset | None:
+    """The dataset of the chosen folder; None, said in the sidebar, where there is none."""
+    folder = st.session_state.get(FOLDER, "").strip()
+    if not folder:
+        return None
+    try:
+        return data.dataset(folder)
+    except CorsmalError as error:
+        st.session_state["folder_problem"] = str(error)
+        return None
+
+
+def opened() -> tuple[Dataset, Recording]:
+    """The dataset and the chosen recording; where there is none the page says what to do and ends here."""
+    found = dataset()
+    current = choice().recording
+    if found is None or current is None:
+        _nothing_to_show()
+        st.stop()
+    return found, found[current]
+
+
+def default_folder() -> str:
+    """The folder given on the command line, ``streamlit run app.py -- --data DIR``, else by ``CORSMAL_DATA``."""
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument("--data", default=os.environ.get("CORSMAL_DATA", ""))
+    return str(parser.parse_known_args(sys.argv[1:])[0].data)
+
+
+def _read_address() -> None:
+    """Follow an address that was opened, or stepped back to; one that navigation emptied is written again."""
+    params, written = st.query_params.to_dict(), st.session_state.get(WRITTEN)
+    if params and params != written:
+        st.session_state[CHOICE], st.session_state[PROBLEMS] = from_params(params)
+
+
+def _folder_input() -> None:
+    if FOLDER not in st.session_state:
+        st.session_state[FOLDER] = default_folder()
+    st.session_state[FOLDER] = st.session_state[FOLDER]  # a widget's value is forgotten when a page does not show it
+    st.text_input(
+        "Dataset folder",
+        key=FOLDER,
+        placeholder="/data/corsmal/train",
+        help="A folder with view1, view2, view3, audio and an annotation, as the dataset is published.",
+    )
+    st.session_state.pop("folder_problem", None)
+    dataset()
+    if problem := st.session_state.get("folder_problem"):
+        st.error(problem, icon=":material/folder_off:")
+
+
+def _recording_picker(found: Dataset) -> None:
+    ids = list(found.table.index)
+    current = choice().recording
+    if current not in ids:
+        if current is not None:
+            st.session_state[PROBLEMS] = (
+                *st.session_state.get(PROBLEMS, ()),
+                f"Recording {current[:40]!r} is not in {found.root}; another one is shown instead.",
+            )
+        choose(settled=False, recording=most_complete(found.table), frame=None)
+    st.session_state[PICKER] = choice().recording
+    labels = recording_labels(found.table)
+    st.selectbox("Recording", ids, key=PICKER, format_func=labels.__getitem__, on_change=_picked)
+    for problem in found.problems:
+        st.caption(f":material/info: {problem}")
+
+
+def _picked() -> None:
+    choose(recording=st.session_state[PICKER], frame=None, pair=None)
+
+
+def _nothing_to_show() -> None:
+    st.info(
+        "Name a dataset folder in the sidebar to begin: a folder with `view1`, `view2`, `view3` (each with `rgb` and "
+        "`calib`), `audio` and an annotation. It can also be given as `streamlit run app.py -- --data DIR`, or in the "
+        "environment as `CORSMAL_DATA`.",
+        icon=":material/folder_open:",
+    )

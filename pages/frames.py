@@ -1,0 +1,41 @@
+"""Every frame's View Score, and the detections behind it."""
+
+import streamlit as st
+
+from corsmal.figures import score_figure
+from corsmal.ui import data, session, viewer
+from corsmal.ui.components import detection_job, guarded, notes
+from corsmal.ui.controls import pair_control
+from corsmal.ui.linked_plot import linked_plot, plot_event
+
+st.title("Frames")
+_, recording = session.opened()
+found = data.detections(recording)
+notes(found)
+detection_job(recording, found)
+pair, best = pair_control(recording)
+frames = viewer.longest_view(recording)
+
+
+@st.fragment
+def browse() -> None:
+    event = plot_event("scores")
+    current = session.choice().frame
+    frame = viewer.stepped(best.frame or 0 if current is None else current, event, frames=frames)
+    if event.click is not None or event.key is not None:
+        session.choose(frame=frame)
+        session.write_address()
+    viewer.score_line(best, frame)
+    linked_plot(
+        score_figure(best, frame=frame),
+        key="scores",
+        label=f"Scores of the frames of recording {recording.id}",
+        keys=viewer.KEYS,
+        height_px=320,
+        revision=recording.id,
+    )
+    viewer.view_pictures(recording, frame=frame, best=best)
+
+
+with guarded():
+    browse()

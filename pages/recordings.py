@@ -1,0 +1,59 @@
+"""Browse the dataset: a table of all recordings, and the chosen one's videos and sound."""
+
+import streamlit as st
+
+from corsmal.ui import data, media, session
+from corsmal.ui.components import guarded
+from corsmal.ui.routes import thumbnail_urls
+from corsmal.ui.tables import LACKS, filter_table, recordings_table
+
+TITLES = {"view1": "left of the robot", "view2": "right of the robot", "view3": "frontal", "view4": "worn"}
+COLUMNS = {
+    "picture": st.column_config.ImageColumn("", width="small"),
+    "capacity_ml": st.column_config.NumberColumn("capacity (mL)", format="%.0f"),
+    "width_top_mm": st.column_config.NumberColumn("top (mm)", format="%.0f"),
+    "width_bottom_mm": st.column_config.NumberColumn("bottom (mm)", format="%.0f"),
+    "height_mm": st.column_config.NumberColumn("height (mm)", format="%.0f"),
+    "container_mass_g": st.column_config.NumberColumn("mass (g)", format="%.0f"),
+    "missing": st.column_config.TextColumn("missing", width="large"),
+}
+
+st.title("Recordings")
+dataset, recording = session.opened()
+shown = recordings_table(dataset.table)
+
+filters = {}
+*columns, last = st.columns(5)
+for column, name in zip(columns, ("container", "filling", "level", "scenario"), strict=True):
+    filters[name] = column.multiselect(name.capitalize(), sorted(shown[name].unique()), key=f"filter_{name}")
+lacks = last.selectbox("Recordings", list(LACKS), 1, format_func=LACKS.__getitem__, key="filter_lacks")
+rows = filter_table(shown, chosen=filters, lacks=lacks)
+st.caption(f"{len(rows)} of {len(shown)} recordings. Tick the box at the left of a row to open it.")
+rows.insert(0, "picture", thumbnail_urls(dataset, list(rows.index)))
+event = st.dataframe(
+    rows,
+    key=f"recordings {dataset.root} {filters} {lacks}",
+    on_select="rerun",
+    selection_mode="single-row",
+    row_height=56,
+    height=min(340, 38 + 56 * max(1, len(rows))),
+    column_config=COLUMNS,
+)
+if event.selection.rows and rows.index[event.selection.rows[0]] != recording.id:
+    session.choose(recording=rows.index[event.selection.rows[0]], frame=None, pair=None)
+    st.rerun()
+
+st.subheader(f"Recording {recording.id}")
+if recording.missing:
+    st.warning(f"Missing: {', '.join(recording.missing)}.", icon=":material/inventory_2:")
+names = [name for name in ("view1", "view3", "view2", "view4") if name in recording.views]
+for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
+    with column, guarded():
+        st.markdown(f"**{name}** · {TITLES[name]}")
+        st.video(data.playable_video(recording, view=name), loop=True, muted=True)
+if recording.audio_path is not None:
+    with guarded():
+        audio = data.audio(recording)
+        left, right = st.columns([1, 3], vertical_alignment="bottom")
+        channel = left.selectbox("Microphone", [None, *range(8)], format_func=media.channel_name, key="channel")
+        right.audio(media.audio_wav(audio, channel=channel))

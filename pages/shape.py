@@ -1,0 +1,61 @@
+"""The hull: fitted while the sliders move, in 3D, as a profile and over the pictures it was fitted to."""
+
+import streamlit as st
+
+from corsmal.figures import hull_figure, profile_figure
+from corsmal.ui import controls, data, session, viewer
+from corsmal.ui.components import detection_job, guarded, hull_downloads, measures, notes, reprojection
+from corsmal.ui.linked_plot import linked_plot, plot_event
+from corsmal.ui.tables import truth, truth_profile_mm
+
+st.title("Shape")
+_, recording = session.opened()
+found = data.detections(recording)
+notes(found)
+detection_job(recording, found)
+frames = viewer.longest_view(recording)
+
+
+@st.fragment
+def fit_panel() -> None:
+    event = plot_event("hull")
+    controls.apply_sliders(event)
+    left, middle, right = st.columns([2, 3, 3])
+    with left:
+        controls.preset_control()
+    with middle:
+        pair, best = controls.pair_control(recording)
+    with right:
+        frame = controls.frame_control(best, frames=frames)
+    shape = session.choice().shape
+    fit = data.fit(recording, pair=pair, frame=frame, centre_rule=best.centre_rule, shape=shape, keep=event.settled)
+    measures(fit, truth=truth(recording))
+    if fit.hull.ok:
+        left, right = st.columns([3, 2])
+        with left:
+            scope = controls.scope_control()
+            linked_plot(
+                hull_figure(fit.hull, fit.dimensions, cameras=data.cameras(recording), scope=scope),
+                key="hull",
+                label="Hull, circumferences and cameras in 3D",
+                sliders=controls.live_sliders(),
+                height_px=520,
+                revision=f"{recording.id} {scope}",
+            )
+        with right:
+            linked_plot(
+                profile_figure(fit.hull, fit.dimensions, truth_mm=truth_profile_mm(recording)),
+                key="profile",
+                label="Radius of the circumferences by height",
+                height_px=640,
+                revision=recording.id,
+            )
+    for column, view in zip(st.columns(2), pair, strict=True):
+        with column, guarded():
+            reprojection(recording, view=view, frame=frame, fit=fit, centre_rule=best.centre_rule, points=shape.points)
+    controls.other_parameters()
+    hull_downloads(recording, fit)
+
+
+with guarded():
+    fit_panel()

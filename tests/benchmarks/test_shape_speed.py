@@ -1,0 +1,56 @@
+"""The fit against the plain way. Compare the rows of one run: the ratio counts, not the time of the day."""
+
+import numpy as np
+import pytest
+
+from corsmal.parameters import ShapeParameters
+from corsmal.shape import fit_hull, measure_hull
+from corsmal.shape.fitting import contour_centroid
+from tests.shape.test_fitting import BASE_M, CUP, slow_radii
+from tests.tiny import silhouette, tiny_cameras
+
+PLAIN_SHARE = 25
+"""The plain version fits one height in so many: all 500 take a quarter of a minute."""
+
+
+@pytest.fixture(scope="module")
+def views():
+    cameras = [tiny_cameras((1280, 720))[view] for view in ("view3", "view1")]
+    return cameras, [silhouette(camera, CUP, BASE_M) for camera in cameras]
+
+
+@pytest.mark.benchmark(group="fit of two 1280x720 masks")
+@pytest.mark.parametrize("preset", ["paper", "lode"])
+def test_fit(benchmark, views, preset):
+    parameters = getattr(ShapeParameters, preset)()
+    assert benchmark(fit_hull, *views, parameters).converged.any()
+
+
+@pytest.mark.benchmark(group="fit of two 1280x720 masks")
+def test_plain_fit_of_a_25th_of_the_heights_of_lode(benchmark, views):
+    parameters = ShapeParameters.lode()
+    hull = fit_hull(*views, parameters)
+    some = slice(None, None, PLAIN_SHARE)
+    part = type(hull)(hull.heights_mm[some], hull.radii_mm[some], hull.converged[some], hull.centroid_m)
+    radii, _ = benchmark.pedantic(slow_radii, args=(*views, part, parameters), rounds=1)
+    np.testing.assert_array_equal(radii, part.radii_mm)
+
+
+@pytest.mark.benchmark(group="fit of two 1280x720 masks")
+def test_bare_cost_the_centroids_alone(benchmark, views):
+    _, masks = views
+    assert benchmark(lambda: [contour_centroid(mask) for mask in masks])[0] is not None
+
+
+@pytest.mark.benchmark(group="fit of two 1280x720 masks")
+def test_bare_cost_as_many_look_ups_as_circumferences(benchmark, views):
+    _, masks = views
+    rng = np.random.default_rng(0)
+    rows, columns = rng.integers(0, 720, 2 * 500 * 145), rng.integers(0, 1280, 2 * 500 * 145)
+    benchmark(lambda: masks[0][rows, columns])
+
+
+@pytest.mark.benchmark(group="fit of two 1280x720 masks")
+def test_measures(benchmark, views):
+    hull = fit_hull(*views)
+    assert benchmark(measure_hull, hull).ok

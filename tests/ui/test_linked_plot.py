@@ -1,0 +1,134 @@
+import asyncio
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from corsmal.errors import ArgumentError
+from corsmal.ui.linked_plot import Click, PlotEvent, Shape, Slider, plotly_route
+from corsmal.ui.linked_plot.assets import PLOTLY_URL
+from corsmal.ui.linked_plot.events import PRESSES_MAX, parse_event
+
+SCRIPT = """
+import plotly.graph_objects as go
+import streamlit as st
+from corsmal.ui.linked_plot import Slider, linked_plot, plot_event
+
+early = plot_event("plot") if st.session_state.get("ask_first") else None
+figure = go.Figure(go.Scatter(y=[1, 2]), layout={"template": "plotly_dark"})
+sliders = [Slider("a", "A", min=0, max=9, step=1, value=3), Slider("b", "B", min=0, max=9, step=1, value=4)]
+event = linked_plot(figure, key="plot", label="Plot", sliders=sliders)
+st.session_state["events"] = (early, event)
+"""
+
+CHECKS = """
+import plotly.graph_objects as go
+import streamlit as st
+from corsmal.ui.linked_plot import Slider, linked_plot
+
+slider = Slider("a", "A", min=0, max=9, step=1, value=3)
+for arguments in ({"sliders": [slider, slider]}, {"height_px": 0}):
+    try:
+        linked_plot(go.Figure(), key="plot", label="Plot", **arguments)
+    except ValueError as error:
+        st.error(str(error))
+"""
+
+
+def run(report: dict[str, Any] | None = None, **state: Any) -> AppTest:
+    test = AppTest.from_string(SCRIPT, default_timeout=30).run()
+    test.session_state["plot"] = {"report": report} if report else {}
+    for name, value in state.items():
+        test.session_state[name] = value
+    return test.run()
+
+
+def events(test: AppTest) -> tuple[PlotEvent | None, PlotEvent]:
+    assert not test.exception
+    result: tuple[PlotEvent | None, PlotEvent] = test.session_state["events"]
+    return result
+
+
+def test_first_run_has_no_event_and_the_given_values() -> None:
+    assert events(run()) == (None, PlotEvent(values={"a": 3, "b": 4}))
+
+
+def test_a_report_is_one_event() -> None:
+    test = run({"sequence": 1, "values": {"a": 7}, "settled": False, "key": {"key": "End", "count": 2}})
+    assert events(test)[1] == PlotEvent(key=("End", 2), values={"a": 7, "b": 4}, settled=False)
+    assert events(test.run())[1] == PlotEvent(values={"a": 3, "b": 4})
+
+
+def test_asking_first_takes_the_event() -> None:
+    early, late = events(run({"sequence": 1, "values": {"a": 7}}, ask_first=True))
+    assert early == PlotEvent(values={"a": 7})
+    assert late == PlotEvent(values={"a": 3, "b": 4})
+
+
+def test_the_browser_learns_which_report_was_answered() -> None:
+    (component,) = run({"sequence": 5, "values": {"a": 7}}).get("bidi_component")
+    sent = json.loads(component.proto.json)
+    assert sent["acknowledged"] == 5
+    assert [slider["value"] for slider in sent["sliders"]] == [3, 4]
+    assert "template" not in json.loads(sent["figure"])["layout"]
+
+
+def test_parse_reads_every_kind() -> None:
+    click = {"x": 1, "y": "b", "curve": 2, "customdata": [3], "point_index": [4, 5]}
+    shape = {"x0": 0, "x1": 1, "y0": 2, "y1": 3}
+    event = parse_event({"click": click, "shapes": [shape], "key": {"key": "End", "count": 10**9}})
+    assert event.click == Click(x=1, y="b", curve=2, customdata=[3], point_index=(4, 5))
+    assert event.shapes == [Shape("", 0, 1, 2, 3)]
+    assert event.key == ("End", PRESSES_MAX)
+    assert event.settled
+
+
+@pytest.mark.parametrize(
+    "report",
+    [
+        {"values": [1]},
+        {"values": {"a": "x"}},
+        {"values": {"a": float("nan")}},
+        {"key": {"key": "End"}},
+        {"key": {"key": "End", "count": float("inf")}},
+        {"click": {"x": 1}},
+        {"shapes": [{"x0": 1}]},
+        {"shapes": 3},
+    ],
+)
+def test_parse_refuses_what_it_cannot_read(report: dict[str, Any]) -> None:
+    with pytest.raises(ArgumentError, match="reload the page"):
+        parse_event(report)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"min": 5, "max": 5}, "min must be below max"),
+        ({"step": 0}, "step positive"),
+        ({"value": 10}, r"must lie in 0\.\.9, got 10"),
+        ({"value": float("nan")}, "finite"),
+        ({"marks": {-1: "low"}}, r"must lie in 0\.\.9, got -1"),
+    ],
+)
+def test_slider_refuses(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        Slider(**({"name": "a", "label": "A", "min": 0, "max": 9, "step": 1, "value": 3} | change))
+
+
+def test_names_and_height_are_checked() -> None:
+    test = AppTest.from_string(CHECKS, default_timeout=30).run()
+    assert [error.value for error in test.error] == [
+        "sliders must have different names, got ['a', 'a']",
+        "height_px must be positive, got 0",
+    ]
+
+
+def test_plotly_js_comes_from_the_installed_package() -> None:
+    route = plotly_route()
+    response = asyncio.run(route.endpoint(None))
+    assert route.path == PLOTLY_URL
+    assert response.media_type == "text/javascript"
+    assert "plotly.js" in Path(response.path).read_text(encoding="utf-8")[:200]

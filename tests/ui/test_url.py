@@ -1,0 +1,66 @@
+from dataclasses import replace
+
+import pytest
+
+from corsmal.parameters import HeightRange, ShapeParameters
+from corsmal.ui.url import Choice, from_params, to_params
+
+CHOICES = [
+    Choice(),
+    Choice("000618"),
+    Choice("000618", ("view3", "view2"), 0, ShapeParameters.lode()),
+    Choice("a-b_c", None, 76, ShapeParameters(circumferences=200, max_difference_mm=1.35)),
+    Choice(
+        "1", None, None, replace(ShapeParameters.lode(), points=31, height_range=HeightRange("centroid", -150, 150))
+    ),
+    Choice(
+        "1", None, None, ShapeParameters(fit_rule="all", width_rule="widest", radius_min_mm=0.5, radius_max_mm=99.5)
+    ),
+]
+
+
+@pytest.mark.parametrize("choice", CHOICES)
+def test_an_address_opens_what_it_was_written_for(choice):
+    assert from_params(to_params(choice)) == (choice, ())
+
+
+def test_defaults_stay_out_of_the_address():
+    assert to_params(Choice("000618")) == {"recording": "000618"}
+    assert to_params(Choice("1", shape=ShapeParameters.lode())) == {"recording": "1", "preset": "lode"}
+    assert to_params(Choice("1", shape=ShapeParameters(circumferences=146))) == {"recording": "1", "L": "146"}
+
+
+@pytest.mark.parametrize(
+    ("params", "word"),
+    [
+        ({"frame": "-1"}, "frame"),
+        ({"frame": "1e3x"}, "frame"),
+        ({"frame": "nan"}, "frame"),
+        ({"frame": "2.5"}, "whole"),
+        ({"pair": "view1-view2"}, "view3-view1"),
+        ({"preset": "best"}, "paper, lode"),
+        ({"L": "1000000000"}, "10 to 500"),
+        ({"L": "12.5"}, "whole"),
+        ({"dmax": "inf"}, "finite"),
+        ({"fit": "most"}, "any"),
+        ({"width": "<script>"}, "ends"),
+        ({"z": "masks"}, "masks:LOW:HIGH"),
+        ({"z": "moon:-1:1"}, "masks"),
+        ({"z": "world:10:-10"}, "low_mm"),
+        ({"z": "world:-1e9:1e9"}, "2000"),
+        ({"colour": "red"}, "colour"),
+    ],
+)
+def test_what_cannot_be_read_is_reported_and_left_at_its_default(params, word):
+    choice, problems = from_params({"recording": "000618", **params})
+    assert choice == Choice("000618")
+    assert len(problems) == 1
+    assert word in problems[0]
+
+
+def test_parameters_that_exclude_each_other_are_reported():
+    choice, problems = from_params({"rmax": "10", "rmin": "9.5"})
+    assert choice.shape.radius_max_mm == 10
+    assert not problems
+    _, problems = from_params({"preset": "lode", "rmax": "x", "L": "20"})
+    assert len(problems) == 1
