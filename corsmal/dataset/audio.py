@@ -1,0 +1,69 @@
+"""The recordings' sound: eight microphones in one WAV file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import soundfile
+from numpy.typing import NDArray
+
+from corsmal.errors import FileError
+
+CHANNELS = 8
+"""Microphones of the dataset's two circular arrays."""
+
+CUTS_S = {"000377": 13.10}
+"""Recordings, by id, whose sound ends so many seconds after its start: the recorder of 000377 was not stopped."""
+
+
+@dataclass(frozen=True, eq=False)
+class Audio:
+    """The sound of one recording.
+
+    Args:
+        samples: (8, S) float32 in -1..1, one row per microphone, read-only.
+        sample_rate_hz: samples per second and microphone.
+    """
+
+    samples: NDArray[np.float32]
+    sample_rate_hz: int
+
+    @property
+    def duration_s(self) -> float:
+        """Length in seconds."""
+        return self.samples.shape[1] / self.sample_rate_hz
+
+
+def read_audio(path: str | Path, *, end_s: float | None = None) -> Audio:
+    """Read a sound file.
+
+    Args:
+        path: a WAV file of eight channels, at any sampling rate.
+        end_s: where to cut, in seconds from the start; None reads to the end.
+
+    Returns:
+        The samples as float32.
+
+    Raises:
+        FileError: the file is absent or no sound file, is empty, has another number of channels, or holds samples
+            that are not finite.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileError(path, "there is no such sound file")
+    try:
+        with soundfile.SoundFile(path) as file:
+            rate, channels = int(file.samplerate), int(file.channels)
+            if channels != CHANNELS:
+                raise FileError(path, f"has {channels} channels where the dataset's recordings have {CHANNELS}")
+            frames = -1 if end_s is None else min(file.frames, round(end_s * rate))
+            samples = file.read(frames, dtype="float32", always_2d=True)
+    except (soundfile.SoundFileError, OSError) as error:
+        raise FileError(path, f"cannot be read as sound ({error}); download it again") from error
+    if not len(samples):
+        raise FileError(path, "holds no sound; download it again")
+    if not np.isfinite(samples).all():
+        raise FileError(path, "holds samples that are not finite numbers; download it again")
+    by_channel = np.ascontiguousarray(samples.T)
+    by_channel.flags.writeable = False
+    return Audio(by_channel, rate)

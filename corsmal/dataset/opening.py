@@ -1,0 +1,148 @@
+"""A dataset: the recordings of one folder, and a table of what is known about them."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from functools import cached_property
+from pathlib import Path
+
+import pandas as pd
+
+from corsmal.dataset.annotation import FIELDS, Annotation
+from corsmal.dataset.annotation_file import read_annotations, recording_id
+from corsmal.dataset.layout import VIEWS, Recording, scan
+from corsmal.errors import FileError, NotFoundError
+
+EXPECTED = "view1/rgb/000618.mp4, view1/calib/000618.pickle, audio/000618.wav and an annotation (.json or .csv)"
+"""The layout, by example, for messages."""
+
+_WHOLE_NUMBERS = ("container_id", "scenario", "background", "illumination", "filling_type", "filling_level")
+_TEXTS = ("container", "kind", "filling", "level", "missing")
+_COLUMNS = (
+    *FIELDS[: FIELDS.index("filling_type") + 1],
+    "filling",
+    "filling_level",
+    "level",
+    "filling_density_g_per_ml",
+    "filling_mass_g",
+    "missing",
+)
+
+
+class Dataset:
+    """The recordings of one folder, in the order of their ids.
+
+    Args:
+        root: the folder.
+        recordings: by id.
+        problems: sentences on what is wrong with the set as a whole.
+
+    Example:
+        >>> dataset = open_dataset("ccm/train")  # doctest: +SKIP
+        >>> dataset["000618"].annotation.capacity_ml  # doctest: +SKIP
+        520.0
+    """
+
+    def __init__(self, root: Path, recordings: Mapping[str, Recording], *, problems: tuple[str, ...] = ()) -> None:
+        self.root = root
+        self.name = root.name or str(root)
+        self.problems = problems
+        self._recordings = {name: recordings[name] for name in sorted(recordings)}
+
+    def __len__(self) -> int:
+        return len(self._recordings)
+
+    def __iter__(self) -> Iterator[Recording]:
+        return iter(self._recordings.values())
+
+    def __contains__(self, name: object) -> bool:
+        return recording_id(name) in self._recordings or name in self._recordings
+
+    def __getitem__(self, name: str | int) -> Recording:
+        """One recording.
+
+        Args:
+            name: its id; 618 and ``"618"`` mean ``"000618"``.
+
+        Raises:
+            NotFoundError: the dataset has no such recording; the text says which it has.
+        """
+        for candidate in (name, recording_id(name)):
+            if isinstance(candidate, str) and candidate in self._recordings:
+                return self._recordings[candidate]
+        wanted = recording_id(name) or str(name)
+        held = f"{len(self)} recordings, {self.ids[0]} to {self.ids[-1]}" if len(self) else "no recordings"
+        raise NotFoundError(f"there is no recording {wanted[:40]!r} in {self.name}: it holds {held}")
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """The recordings' ids, in order."""
+        return tuple(self._recordings)
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """What is known, one row per recording, indexed by ``id``; NA where it is unknown.
+
+        Columns: the fields of ``Annotation``, ``filling`` and ``level`` (names of type and level), and ``missing``
+        (what the recording lacks, separated by commas; empty when complete).
+        """
+        unknown = Annotation()
+        rows = []
+        for recording in self:
+            known = recording.annotation or unknown
+            names = {"filling": known.filling, "level": known.level, "missing": ", ".join(recording.missing)}
+            rows.append(asdict(known) | names)
+        index = pd.Index(self.ids, name="id", dtype="str")
+        table = pd.DataFrame(rows, index=index, columns=list(_COLUMNS))
+        types = {
+            column: "Int64" if column in _WHOLE_NUMBERS else "string" if column in _TEXTS else "Float64"
+            for column in _COLUMNS
+        }
+        return table.astype(types)
+
+
+def open_dataset(root: str | Path) -> Dataset:
+    """Index a dataset folder from its file names and its annotation; no video is opened.
+
+    Args:
+        root: a folder of the layout of CORSMAL Containers Manipulation. Any part of it may be absent.
+
+    Returns:
+        The recordings that are on disk or in the annotation, each with what it lacks.
+
+    Raises:
+        FileError: the folder is absent, is no folder, or holds nothing of this layout.
+    """
+    root = _existing_folder(root)
+    layout = scan(root)
+    annotations = read_annotations(root, layout.top)
+    ids = layout.ids | set(annotations.by_id)
+    if not ids:
+        raise FileError(root, f"holds no recordings; expected files such as {EXPECTED}{_hint(root)}")
+    recordings = {name: layout.recording(name, annotations.by_id.get(name)) for name in ids}
+    return Dataset(root, recordings, problems=(*annotations.problems, *layout.absent_parts()))
+
+
+def _existing_folder(root: str | Path) -> Path:
+    """The folder's full path, whatever a person typed."""
+    wanted = "name the folder of a dataset, such as .../train"
+    try:
+        folder = Path(root).expanduser().resolve()
+        is_there, is_folder = folder.exists(), folder.is_dir()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise FileError(root, f"this folder cannot be opened ({error}); {wanted}") from error
+    if not is_there:
+        raise FileError(root, f"there is no such folder; {wanted}")
+    if not is_folder:
+        raise FileError(root, f"is a file; {wanted}")
+    return folder
+
+
+def _hint(root: Path) -> str:
+    """Where the dataset may be instead: one level down."""
+    try:
+        inner = sorted(
+            path.name for path in root.iterdir() if any((path / part).is_dir() for part in (*VIEWS, "audio"))
+        )
+    except OSError:
+        return ""
+    return f"; did you mean its folder {inner[0]!r}?" if inner else ""
