@@ -1,0 +1,194 @@
+"""A process that makes parts of recordings: tasks come as lines of JSON, answers go back as lines of JSON.
+
+Processes are started as ``python -m corsmal.demo.worker`` and not by ``multiprocessing``, whose children would run the
+main module of the program that asks (an app's script, say) once more.
+"""
+
+import json
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from corsmal.demo.files import write_part
+from corsmal.demo.plan import PlannedRecording
+from corsmal.errors import CorsmalError, FileError
+
+_POLL_S = 0.1
+_PACKAGE_PARENT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True)
+class Task:
+    """Parts of one recording that are to be made.
+
+    Args:
+        planned: the recording.
+        parts: which of its parts.
+        folder: where they are written.
+        size: (width, height) of the videos in pixels.
+    """
+
+    planned: PlannedRecording
+    parts: Sequence[str]
+    folder: str
+    size: tuple[int, int]
+
+    def run(self) -> None:
+        """Make the parts."""
+        scene = self.planned.scene()
+        for part in self.parts:
+            write_part(Path(self.folder), self.planned.recording_id, scene, part, size=self.size)
+
+
+class Worker:
+    """A process that runs tasks one after the other; started with the first, stopped by ``close``."""
+
+    def __init__(self) -> None:
+        path = os.pathsep.join(filter(None, [str(_PACKAGE_PARENT), os.environ.get("PYTHONPATH")]))
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "corsmal.demo.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=os.environ | {"PYTHONPATH": path},
+            text=True,
+        )
+
+    def run(self, task: Task) -> None:
+        """Have a task done.
+
+        Raises:
+            CorsmalError: what the task raised, or the process ended before it was done.
+        """
+        answer = ""
+        if self._process.stdin is not None and self._process.stdout is not None:
+            try:
+                self._process.stdin.write(json.dumps(asdict(task)) + "\n")
+                self._process.stdin.flush()
+                answer = self._process.stdout.readline()
+            except (OSError, ValueError):
+                answer = ""
+        if not answer:
+            raise CorsmalError("the process that makes the demo ended early; start the demo again to go on")
+        problem = json.loads(answer)
+        if problem.get("path"):
+            raise FileError(problem["path"], problem["problem"])
+        if problem:
+            raise CorsmalError(problem["problem"])
+
+    def close(self) -> None:
+        """Stop the process; an unfinished task leaves no file behind that would be taken for a whole one."""
+        self._process.terminate()
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None and not pipe.closed:
+                try:
+                    pipe.close()
+                except OSError:
+                    continue
+        self._process.wait()
+
+
+def run_tasks(
+    tasks: Sequence[Task], *, processes: int, note: Callable[[Task], None], cancelled: Callable[[], bool]
+) -> None:
+    """Do tasks, in their order as far as several processes can.
+
+    Args:
+        tasks: what is to be done.
+        processes: how many; 0 does everything in this process.
+        note: called in this thread after each task.
+        cancelled: asked often; when it says true, nothing more is begun and what is unfinished is dropped.
+
+    Raises:
+        CorsmalError: a task failed, or a process could not be started.
+    """
+    if processes == 0:
+        for task in tasks:
+            if cancelled():
+                return
+            task.run()
+            note(task)
+    elif tasks:
+        _run_in_processes(tasks, min(processes, len(tasks)), note, cancelled)
+
+
+def _run_in_processes(
+    tasks: Sequence[Task], processes: int, note: Callable[[Task], None], cancelled: Callable[[], bool]
+) -> None:
+    """Each process is led by a thread that waits for its answers."""
+    waiting: queue.SimpleQueue[Task] = queue.SimpleQueue()
+    answers: queue.SimpleQueue[Task | CorsmalError] = queue.SimpleQueue()
+    for task in tasks:
+        waiting.put(task)
+    workers: list[Worker] = []
+    try:
+        for _ in range(processes):
+            workers.append(Worker())
+            threading.Thread(target=_lead, args=(workers[-1], waiting, answers), daemon=True).start()
+        for _ in tasks:
+            answer = _next(answers, cancelled)
+            if answer is None:
+                return
+            if isinstance(answer, CorsmalError):
+                raise answer
+            note(answer)
+    except OSError as error:
+        raise CorsmalError(f"no process could be started to make the demo ({error}); free some memory") from error
+    finally:
+        for worker in workers:
+            worker.close()
+
+
+def _lead(
+    worker: Worker, waiting: "queue.SimpleQueue[Task]", answers: "queue.SimpleQueue[Task | CorsmalError]"
+) -> None:
+    """Give a worker one task after the other; stop at the first that fails, as all do once it is closed."""
+    while True:
+        try:
+            task = waiting.get_nowait()
+            worker.run(task)
+        except queue.Empty:
+            return
+        except CorsmalError as error:
+            answers.put(error)
+            return
+        answers.put(task)
+
+
+def _next(
+    answers: "queue.SimpleQueue[Task | CorsmalError]", cancelled: Callable[[], bool]
+) -> Task | CorsmalError | None:
+    """The next answer, or None when the call is cancelled."""
+    while not cancelled():
+        try:
+            return answers.get(timeout=_POLL_S)
+        except queue.Empty:
+            continue
+    return None
+
+
+def main() -> None:
+    """Run the tasks that come in until there are no more."""
+    # an interrupt from the keyboard reaches the whole group: the process that asked decides
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for line in sys.stdin:
+        content = json.loads(line)
+        planned = PlannedRecording(**content["planned"] | {"filling": tuple(content["planned"]["filling"])})
+        answer = {}
+        try:
+            Task(planned, content["parts"], content["folder"], tuple(content["size"])).run()
+        except FileError as error:
+            answer = {"path": str(error.path), "problem": error.problem}
+        except CorsmalError as error:
+            answer = {"problem": str(error)}
+        sys.stdout.write(json.dumps(answer) + "\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
