@@ -1,16 +1,16 @@
 """The stages of recordings, with what they computed kept in the store."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from corsmal.dataset import Recording, View
-from corsmal.detection import Detector, ViewDetections, detect_view
-from corsmal.errors import FileError
+from corsmal.detection import Detections, Detector, ViewDetections, detect_view
+from corsmal.errors import ArgumentError, FileError
 from corsmal.estimation import Fit, fit_frame, read_view_detections
 from corsmal.parameters import PAIRS, CentreRule, SelectionParameters, ShapeParameters
-from corsmal.selection import Pair
+from corsmal.selection import Pair, select_best_frame
 from corsmal.shape import Hull, measure_hull
 from corsmal.store import Store, digest, file_fingerprint
 
@@ -64,51 +64,100 @@ def detect_recording(
     detector: Detector,
     *,
     store: Store,
+    every: int = 1,
     progress: Callable[[int, int], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> None:
-    """Detect in all frames of the method's views and keep the results; frames that were inspected before are not again.
+    """Detect in the method's views and keep the results; frames that were inspected before are not inspected again.
+
+    With ``every`` above 1 the best frame is searched from coarse to fine: first every so many frames, then, halving
+    the step, the frames on both sides of each pair's best one so far.
 
     Args:
         recording: views that lack a video, or have a detections file, are passed over.
         detector: such as ``MaskRCNNDetector``.
         store: where the results go, and where earlier ones are.
+        every: step of the coarse search; 1 inspects all frames.
         progress: called with the numbers of frames done and wanted, over all views.
         cancelled: asked between batches; true stops the work and keeps what was done.
 
     Raises:
+        ArgumentError: ``every`` is not positive.
         FileError: a video cannot be opened, or the results cannot be written.
     """
+    if every < 1:
+        raise ArgumentError(f"every must be at least 1, got {every}")
     views = [recording.views[name] for name in METHOD_VIEWS if name in recording.views]
-    views = [view for view in views if view.detections_path is None]
-    counts = []
-    for view in views:
+    works = [_ViewWork(view, detector, store) for view in views if view.detections_path is None]
+    stop = cancelled or (lambda: False)
+    counts = [len(range(0, work.frame_count, every)) for work in works]
+    levels = (every - 1).bit_length()
+    total = sum(counts) + len(works) * levels * 2 * len(PAIRS)
+    done = 0
+
+    def report(more: int) -> None:
+        if progress is not None:
+            progress(min(done + more, total), total)
+
+    report(0)
+    for work, count in zip(works, counts, strict=True):
+        work.inspect(range(0, work.frame_count, every), report, stop)
+        done += count
+    for level in range(levels):
+        step = -(-every // 2 ** (level + 1))
+        frames = _beside_the_best(load_detections(recording, store=store), step)
+        for work in () if stop() else works:
+            work.inspect([frame for frame in frames if 0 <= frame < work.frame_count], report, stop)
+            done += 2 * len(PAIRS)
+    if not stop():
+        done = total
+        report(0)
+
+
+def _beside_the_best(detections: DetectionSet, step: int) -> list[int]:
+    """The frames a step before and after the best frame of each pair."""
+    found = [select_best_frame(detections.views, pair=pair).frame for pair in PAIRS]
+    return sorted({frame + side for frame in found if frame is not None for side in (-step, step)})
+
+
+class _ViewWork:
+    """Detecting in one view, on top of what the store holds.
+
+    Args:
+        view: the view.
+        detector: whose results are looked for and added to.
+        store: where they are kept.
+    """
+
+    def __init__(self, view: View, detector: Detector, store: Store) -> None:
+        self._view, self._detector, self._store = view, detector, store
+        self._key = digest("detections", file_fingerprint(view.video_path), detector.digest)
+        self._found = store.detections(self._key)
         with view.video() as video:
-            counts.append(video.frame_count)
-    before = 0
-    for view, count in zip(views, counts, strict=True):
-        key = digest("detections", file_fingerprint(view.video_path), detector.digest)
-        earlier = store.detections(key)
-        wanted = [frame for frame in range(count) if earlier is None or frame not in earlier]
-        offset = before + count - len(wanted)
+            self.frame_count = video.frame_count
 
-        def report(done: int, _total: int, offset: int = offset) -> None:
-            if progress is not None:
-                progress(offset + done, sum(counts))
-
-        report(0, count)
-        if wanted:
-            with view.video() as video:
-                found = detect_view(video, detector, frames=wanted, progress=report, cancelled=cancelled)
-            by_frame = {**(earlier or {}), **found}
-            problems = found.problems if len(by_frame) < count else ()
-            found = ViewDetections(by_frame, size=found.size, source=found.source, problems=problems)
-            if not store.save_detections(key, found):
-                raise FileError(store.root, f"the detections could not be kept: {store.problems[-1]}")
-        store.save_json("latest", _latest_key(view), {"detections": key})
-        before += count
-        if cancelled is not None and cancelled():
-            return
+    def inspect(self, frames: Iterable[int], report: Callable[[int], None], stop: Callable[[], bool]) -> None:
+        """Detect in those frames that were not inspected yet, and keep the results."""
+        earlier: Mapping[int, Detections] = self._found or {}
+        asked = list(frames)
+        wanted = [frame for frame in asked if frame not in earlier]
+        skipped = len(asked) - len(wanted)
+        report(skipped)
+        if wanted and not stop():
+            with self._view.video() as video:
+                found = detect_view(
+                    video,
+                    self._detector,
+                    frames=wanted,
+                    progress=lambda done, _total: report(skipped + done),
+                    cancelled=stop,
+                )
+            by_frame = {**earlier, **found}
+            self._found = ViewDetections(by_frame, size=found.size, source=found.source, problems=found.problems)
+            if not self._store.save_detections(self._key, self._found):
+                raise FileError(self._store.root, f"the detections could not be kept: {self._store.problems[-1]}")
+        if self._found is not None:
+            self._store.save_json("latest", _latest_key(self._view), {"detections": self._key})
 
 
 def load_fit(

@@ -1,7 +1,7 @@
 """Detections: the record of what was found in a view, where it comes from, and which of it counts.
 
 A view's detections come from a COCO results file (``read_coco_results``) or from a detector run over its video
-(``detect_view``). PyTorch is imported only when ``MaskRCNNDetector`` is asked for.
+(``detect_view``). PyTorch is imported only when ``MaskRCNNDetector`` or ``SmallDetector`` is asked for.
 """
 
 import importlib
@@ -15,12 +15,14 @@ from corsmal.detection.view import ViewDetections
 
 if TYPE_CHECKING:
     from corsmal.detection.maskrcnn import MaskRCNNDetector
+    from corsmal.detection.small import SmallDetector
 
 __all__ = [
     "Detections",
     "Detector",
     "Filtered",
     "MaskRCNNDetector",
+    "SmallDetector",
     "VideoFrames",
     "ViewDetections",
     "detect_view",
@@ -31,6 +33,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name == "MaskRCNNDetector":
-        return importlib.import_module("corsmal.detection.maskrcnn").MaskRCNNDetector
+    modules = {"MaskRCNNDetector": "maskrcnn", "SmallDetector": "small"}
+    if name in modules:
+        return getattr(importlib.import_module(f"corsmal.detection.{modules[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

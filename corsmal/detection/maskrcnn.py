@@ -2,31 +2,28 @@
 
 import os
 import pickle
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import safetensors
 import safetensors.torch
 import torch
-from numpy.typing import NDArray
 from torchvision.models.detection import MaskRCNN, maskrcnn_resnet50_fpn
 
-from corsmal.detection.record import Detections
+from corsmal.detection.torch_detector import TorchDetector
 from corsmal.detection.weights import COCO_WEIGHTS_URL, coco_weights, file_sha256
 from corsmal.errors import ArgumentError, FileError
 
 CLASS_COUNT = 91
 """COCO's category numbers up to 90, and 0 for the background."""
 
-MASK_THRESHOLD = 0.5
 UNREADABLE = (
     OSError, RuntimeError, pickle.UnpicklingError, EOFError, ValueError, TypeError, LookupError, AttributeError,
     safetensors.SafetensorError,
 )  # fmt: skip
 
 
-class MaskRCNNDetector:
+class MaskRCNNDetector(TorchDetector):
     """Finds objects of COCO's classes, with a box and a mask each.
 
     Args:
@@ -60,9 +57,8 @@ class MaskRCNNDetector:
             raise ArgumentError(f"score_min must lie in 0..1, got {score_min}")
         if image_side_min_px < 1:
             raise ArgumentError(f"image_side_min_px must be positive, got {image_side_min_px}")
-        self.device = _device(device)
         path = coco_weights(_weights_folder(), progress=progress) if weights is None else Path(weights)
-        self._weights_sha256, state = _read_weights(path, check_name=weights is None)
+        sha256, state = _read_weights(path, check_name=weights is None)
         network = maskrcnn_resnet50_fpn(
             weights=None,
             weights_backbone=None,
@@ -71,59 +67,12 @@ class MaskRCNNDetector:
             min_size=image_side_min_px,
         )
         _load(network, state, path)
-        self._network = network.to(self.device).eval()
-        self._settings = f"score {score_min!r}, side {image_side_min_px}"
-        self._name = "Mask R-CNN, " + ("COCO weights" if weights is None else f"weights {path.name}")
-
-    @property
-    def name(self) -> str:
-        """For people: the method and its weights."""
-        return self._name
-
-    @property
-    def digest(self) -> str:
-        """Of the weights' content and the settings that the detections depend on."""
-        return f"Mask R-CNN {self._weights_sha256}, {self._settings}"
-
-    @torch.inference_mode()
-    def detect(self, frames: Sequence[NDArray[np.uint8]]) -> list[Detections]:
-        """Detect in one batch of images.
-
-        Args:
-            frames: (H, W, 3) uint8 RGB each; sizes may differ.
-
-        Returns:
-            One record per image, highest score first; pixels count to a mask from a probability of 0.5 on.
-
-        Raises:
-            ArgumentError: an image has another shape or type.
-        """
-        for index, frame in enumerate(frames):
-            if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
-                raise ArgumentError(f"frames[{index}] must be (H, W, 3) uint8, got {frame.shape} of {frame.dtype}")
-        if not frames:
-            return []
-        images = [torch.tensor(frame, device=self.device).permute(2, 0, 1) / 255 for frame in frames]
-        return [_record(output) for output in self._network(images)]
-
-
-def _record(output: Mapping[str, torch.Tensor]) -> Detections:
-    masks = output["masks"][:, 0] >= MASK_THRESHOLD  # (n, 1, H, W) probabilities -> (n, H, W)
-    return Detections(
-        boxes=output["boxes"].cpu().numpy(),
-        scores=output["scores"].cpu().numpy(),
-        labels=output["labels"].cpu().numpy(),
-        masks=masks.cpu().numpy(),
-    )
-
-
-def _device(name: str | None) -> torch.device:
-    try:
-        device = torch.device(name or ("cuda" if torch.cuda.is_available() else "cpu"))
-        torch.empty(1, device=device)
-    except (RuntimeError, AssertionError) as error:
-        raise ArgumentError(f"device {name!r} cannot be used: {str(error).splitlines()[0]}") from error
-    return device
+        super().__init__(
+            network,
+            name="Mask R-CNN, " + ("COCO weights" if weights is None else f"weights {path.name}"),
+            digest=f"Mask R-CNN {sha256}, score {score_min!r}, side {image_side_min_px}",
+            device=device,
+        )
 
 
 def _weights_folder() -> Path:

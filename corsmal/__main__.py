@@ -1,0 +1,116 @@
+"""The command line: ``python -m corsmal --help``."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from corsmal.errors import CorsmalError
+
+if TYPE_CHECKING:
+    from corsmal.detection import Detector
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
+train = typer.Typer(no_args_is_help=True, help="Train a network.")
+app.add_typer(train, name="train")
+console = Console(stderr=True)
+
+Root = Annotated[Path, typer.Argument(help="Dataset folder.")]
+Ids = Annotated[list[str] | None, typer.Argument(help="Recordings; all if none is named.")]
+Weights = Annotated[Path | None, typer.Option(help="Weights of Mask R-CNN; default: COCO's, downloaded once.")]
+
+
+@app.command()
+def demo(
+    folder: Annotated[Path, typer.Argument(help="Where to write the synthetic dataset.")],
+    recordings: Annotated[int, typer.Option(help="Recordings of each of the fifteen containers.", min=1)] = 2,
+    seed: Annotated[int, typer.Option(help="Another seed, another demo.", min=0)] = 0,
+) -> None:
+    """Write a synthetic dataset in the dataset's own layout, with its truth beside it."""
+    from corsmal.demo.writing import write_demo  # noqa: PLC0415 - commands load what they need
+
+    with progress_bar("recordings") as progress:
+        write_demo(
+            folder,
+            seed=seed,
+            recordings_per_container=recordings,
+            progress=lambda state: progress(state.done, state.total),
+        )
+
+
+@app.command()
+def detect(
+    root: Root,
+    ids: Ids = None,
+    weights: Weights = None,
+    demo_weights: Annotated[bool, typer.Option("--demo-weights", help="Use the demo's own small network.")] = False,
+    every: Annotated[int, typer.Option(help="Search coarsely first: every so many frames.", min=1)] = 1,
+) -> None:
+    """Find the containers in recordings' frames and keep the detections in the store."""
+    from corsmal.batch import detect_recording  # noqa: PLC0415
+    from corsmal.dataset import open_dataset  # noqa: PLC0415
+    from corsmal.store import Store  # noqa: PLC0415
+
+    dataset, store = open_dataset(root), Store()
+    recordings = [dataset[name] for name in ids] if ids else list(dataset)
+    detector = make_detector(weights, is_demo=demo_weights)
+    failed = 0
+    for recording in recordings:
+        try:
+            with progress_bar(f"{recording.id}, frames") as progress:
+                detect_recording(recording, detector, store=store, every=every, progress=progress)
+        except CorsmalError as error:
+            failed += 1
+            console.print(f"[red]{recording.id}:[/red] {error}")
+    if failed:
+        console.print(f"{failed} of {len(recordings)} recordings failed.")
+        raise typer.Exit(1)
+
+
+@train.command("detector")
+def train_detector_command(
+    folder: Annotated[Path, typer.Argument(help="Gets checkpoints, logs and weights; an earlier run there goes on.")],
+    steps: Annotated[int, typer.Option(help="Optimiser steps, a second or less each on two cores.", min=1)] = 4000,
+    batch: Annotated[int, typer.Option(help="Frames per step.", min=1)] = 8,
+    seed: Annotated[int, typer.Option(help="Of the scenes.", min=0)] = 0,
+) -> None:
+    """Train the demo's detector on rendered frames."""
+    from corsmal.demo.training import DetectorTraining, train_detector  # noqa: PLC0415
+
+    path = train_detector(folder, DetectorTraining(steps=steps, batch=batch, seed=seed))
+    console.print(f"Weights: {path}")
+
+
+def make_detector(weights: Path | None, *, is_demo: bool) -> "Detector":
+    """The detector that the options ask for."""
+    from corsmal.demo import DETECTOR_WEIGHTS  # noqa: PLC0415
+    from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415
+
+    return SmallDetector(weights or DETECTOR_WEIGHTS) if is_demo else MaskRCNNDetector(weights)
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar with the time left; yields what to call with the numbers done and wanted."""
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task(what, total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+def main() -> None:
+    """Run the command line; an error of the library is its sentence, not a traceback."""
+    try:
+        app()
+    except CorsmalError as error:
+        console.print(f"[red]Error:[/red] {error}")
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,223 @@
+"""A small Mask R-CNN for the demo: few parameters, quick on a CPU, its numbers in one config."""
+
+import json
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import safetensors
+import safetensors.torch
+import torch
+from torch import Tensor, nn
+from torchvision.models.detection import MaskRCNN
+from torchvision.models.detection.anchor_utils import AnchorGenerator
+from torchvision.models.detection.faster_rcnn import FastRCNNPredictor, TwoMLPHead
+from torchvision.models.detection.mask_rcnn import MaskRCNNHeads, MaskRCNNPredictor
+from torchvision.ops import FeaturePyramidNetwork, MultiScaleRoIAlign
+from torchvision.ops.feature_pyramid_network import LastLevelMaxPool
+
+from corsmal.detection.torch_detector import TorchDetector
+from corsmal.detection.weights import file_sha256
+from corsmal.errors import FileError
+
+
+@dataclass(frozen=True)
+class SmallMaskRCNNConfig:
+    """Sizes of the network. Images are scaled to fit ``image_side_min`` × ``image_side_max`` pixels.
+
+    Args:
+        widths: channels of the four stages, at strides 4, 8, 16 and 32.
+        blocks: residual blocks of each stage.
+        pyramid: channels of the feature pyramid.
+        box_head: width of the box head's two layers.
+        mask_layers: channels of the mask head's layers.
+        mask_side: pixels of the side of a predicted mask, twice that of its features.
+        anchor_sizes: sides of the anchors, per level of the proposals (strides 8, 16, 32 and 64), pixels.
+        anchor_ratios: height by width.
+        labels: COCO numbers of the classes, in the order of the network's outputs (after the background).
+        image_side_min: shorter side, pixels.
+        image_side_max: longer side, pixels.
+    """
+
+    widths: tuple[int, ...] = (32, 64, 96, 128)
+    blocks: tuple[int, ...] = (1, 2, 2, 1)
+    pyramid: int = 64
+    box_head: int = 256
+    mask_layers: tuple[int, ...] = (64, 64, 64)
+    mask_side: int = 28
+    anchor_sizes: tuple[tuple[int, ...], ...] = ((20, 32), (48, 72), (104, 150), (200, 260))
+    anchor_ratios: tuple[float, ...] = (1.0, 1.6, 2.6)
+    labels: tuple[int, ...] = (44, 46, 47, 84, 86)
+    image_side_min: int = 360
+    image_side_max: int = 640
+
+
+class Block(nn.Module):
+    """Two 3×3 convolutions with batch norm and a shortcut."""
+
+    def __init__(self, width_in: int, width_out: int, *, stride: int) -> None:
+        super().__init__()
+        self.layers = nn.Sequential(
+            nn.Conv2d(width_in, width_out, 3, stride, 1, bias=False),
+            nn.BatchNorm2d(width_out),
+            nn.ReLU(inplace=True),
+            nn.Conv2d(width_out, width_out, 3, 1, 1, bias=False),
+            nn.BatchNorm2d(width_out),
+        )
+        same = stride == 1 and width_in == width_out
+        self.shortcut = (
+            nn.Identity()
+            if same
+            else nn.Sequential(nn.Conv2d(width_in, width_out, 1, stride, bias=False), nn.BatchNorm2d(width_out))
+        )
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(B, C, H, W) to (B, C', H / stride, W / stride)."""
+        return torch.relu(self.layers(x) + self.shortcut(x))
+
+
+class Pyramid(nn.Module):
+    """A small residual network with a feature pyramid: levels ``0`` to ``3`` at strides 4 to 32, ``pool`` at 64."""
+
+    def __init__(self, config: SmallMaskRCNNConfig) -> None:
+        super().__init__()
+        self.out_channels = config.pyramid
+        width = config.widths[0]
+        self.stem = nn.Sequential(
+            nn.Conv2d(3, width, 3, 2, 1, bias=False),
+            nn.BatchNorm2d(width),
+            nn.ReLU(inplace=True),
+            nn.Conv2d(width, width, 3, 2, 1, bias=False),
+            nn.BatchNorm2d(width),
+            nn.ReLU(inplace=True),
+        )
+        self.stages = nn.ModuleList()
+        for index, (wider, count) in enumerate(zip(config.widths, config.blocks, strict=True)):
+            first = Block(width, wider, stride=1 if index == 0 else 2)
+            self.stages.append(nn.Sequential(first, *(Block(wider, wider, stride=1) for _ in range(count - 1))))
+            width = wider
+        self.pyramid = FeaturePyramidNetwork(list(config.widths), config.pyramid, extra_blocks=LastLevelMaxPool())
+
+    def forward(self, x: Tensor) -> dict[str, Tensor]:
+        """(B, 3, H, W) to the levels, (B, pyramid, H / stride, W / stride) each."""
+        x = self.stem(x)
+        levels: OrderedDict[str, Tensor] = OrderedDict()
+        for index, stage in enumerate(self.stages):
+            x = stage(x)
+            levels[str(index)] = x
+        features: dict[str, Tensor] = self.pyramid(levels)
+        return features
+
+
+class CoarseProposals(nn.Module):
+    """Proposals from all levels but the finest: containers are larger, and most of the time would go there."""
+
+    def __init__(self, proposals: nn.Module) -> None:
+        super().__init__()
+        self.proposals = proposals
+
+    def forward(
+        self, images: Any, features: Mapping[str, Tensor], targets: list[dict[str, Tensor]] | None = None
+    ) -> tuple[list[Tensor], dict[str, Tensor]]:
+        """As torchvision's ``RegionProposalNetwork``."""
+        coarse = OrderedDict((name, level) for name, level in features.items() if name != "0")
+        proposals: tuple[list[Tensor], dict[str, Tensor]] = self.proposals(images, coarse, targets)
+        return proposals
+
+
+def small_mask_rcnn(config: SmallMaskRCNNConfig | None = None, *, score_min: float = 0.05) -> MaskRCNN:
+    """The network, with random weights.
+
+    Args:
+        config: its sizes.
+        score_min: detections with a lower score are not returned.
+    """
+    config = config or SmallMaskRCNNConfig()
+    classes = len(config.labels) + 1
+    network = MaskRCNN(
+        Pyramid(config),
+        num_classes=None,
+        min_size=config.image_side_min,
+        max_size=config.image_side_max,
+        image_mean=[0.5, 0.5, 0.5],
+        image_std=[0.25, 0.25, 0.25],
+        rpn_anchor_generator=AnchorGenerator(config.anchor_sizes, (config.anchor_ratios,) * len(config.anchor_sizes)),
+        rpn_pre_nms_top_n_train=400,
+        rpn_pre_nms_top_n_test=200,
+        rpn_post_nms_top_n_train=200,
+        rpn_post_nms_top_n_test=60,
+        rpn_batch_size_per_image=128,
+        box_roi_pool=MultiScaleRoIAlign(["0", "1", "2", "3"], output_size=7, sampling_ratio=2, canonical_scale=112),
+        box_head=TwoMLPHead(config.pyramid * 49, config.box_head),
+        box_predictor=FastRCNNPredictor(config.box_head, classes),
+        box_batch_size_per_image=64,
+        box_score_thresh=score_min,
+        box_detections_per_img=10,
+        mask_roi_pool=MultiScaleRoIAlign(
+            ["0", "1", "2", "3"], output_size=config.mask_side // 2, sampling_ratio=2, canonical_scale=224
+        ),
+        mask_head=MaskRCNNHeads(config.pyramid, config.mask_layers, 1),
+        mask_predictor=MaskRCNNPredictor(config.mask_layers[-1], config.mask_layers[-1], classes),
+    )
+    network.rpn = CoarseProposals(network.rpn)
+    return network
+
+
+class SmallDetector(TorchDetector):
+    """The demo's detector: a ``small_mask_rcnn`` with weights from a file.
+
+    Args:
+        weights: safetensors written by ``save_weights``.
+        device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
+        score_min: detections with a lower score are not reported.
+
+    Raises:
+        FileError: the file is absent, broken, or of another network.
+    """
+
+    def __init__(self, weights: Path, *, device: str | None = None, score_min: float = 0.05) -> None:
+        config, state = read_weights(weights)
+        network = small_mask_rcnn(config, score_min=score_min)
+        try:
+            network.load_state_dict(state)
+        except RuntimeError as error:
+            raise FileError(weights, "holds the weights of another network; take the file that came along") from error
+        super().__init__(
+            network.to(memory_format=torch.channels_last),
+            name=f"small Mask R-CNN, weights {weights.name}",
+            digest=f"small Mask R-CNN {file_sha256(weights)}, score {score_min!r}",
+            device=device,
+            labels=config.labels,
+        )
+
+
+def save_weights(path: Path, network: MaskRCNN, config: SmallMaskRCNNConfig) -> None:
+    """Write the weights in half precision, with the config beside them."""
+    state = {name: value.half() if value.is_floating_point() else value for name, value in network.state_dict().items()}
+    state = {name: value.contiguous() for name, value in state.items()}
+    safetensors.torch.save_file(state, path, {"config": json.dumps(asdict(config))})
+
+
+def read_weights(path: Path) -> tuple[SmallMaskRCNNConfig, dict[str, Tensor]]:
+    """The config and the state dict of a file that ``save_weights`` wrote.
+
+    Raises:
+        FileError: the file is absent or is none.
+    """
+    try:
+        with safetensors.safe_open(path, "pt") as file:
+            config = json.loads(file.metadata()["config"])
+            state = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
+        config = SmallMaskRCNNConfig(**{name: _tuples(value) for name, value in config.items()})
+    except (OSError, safetensors.SafetensorError, KeyError, TypeError, ValueError) as error:
+        raise FileError(path, "is no file of the demo detector's weights; take the one that came along") from error
+    state = {name: value.float() if value.is_floating_point() else value for name, value in state.items()}
+    if not all(torch.isfinite(value).all() for value in state.values()):
+        raise FileError(path, "holds weights that are not finite; take the file that came along")
+    return config, state
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value

@@ -1,0 +1,96 @@
+"""A torchvision Mask R-CNN behind the detectors' interface."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torchvision.models.detection import MaskRCNN
+
+from corsmal.detection.record import Detections
+from corsmal.errors import ArgumentError
+
+MASK_THRESHOLD = 0.5
+
+
+class TorchDetector:
+    """Runs a Mask R-CNN and turns what it returns into records.
+
+    Args:
+        network: torchvision's network.
+        name: for people: the method and its weights.
+        digest: of the weights' content and the settings that the detections depend on.
+        device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
+        labels: COCO number of each of the network's classes, the background left out; default: they are the same.
+        half: compute in bfloat16, twice as fast on recent CPUs.
+
+    Raises:
+        ArgumentError: there is no such device.
+    """
+
+    def __init__(
+        self,
+        network: MaskRCNN,
+        *,
+        name: str,
+        digest: str,
+        device: str | None = None,
+        labels: Sequence[int] | None = None,
+        half: bool = False,
+    ) -> None:
+        self.device = _device(device)
+        self._network = network.to(self.device).eval()
+        self._name, self._digest, self._half = name, digest, half
+        self._labels = None if labels is None else np.array([0, *labels])
+
+    @property
+    def name(self) -> str:
+        """For people: the method and its weights."""
+        return self._name
+
+    @property
+    def digest(self) -> str:
+        """Of the weights' content and the settings that the detections depend on."""
+        return self._digest
+
+    @torch.inference_mode()
+    def detect(self, frames: Sequence[NDArray[np.uint8]]) -> list[Detections]:
+        """Detect in one batch of images.
+
+        Args:
+            frames: (H, W, 3) uint8 RGB each; sizes may differ.
+
+        Returns:
+            One record per image, highest score first; pixels count to a mask from a probability of 0.5 on.
+
+        Raises:
+            ArgumentError: an image has another shape or type.
+        """
+        for index, frame in enumerate(frames):
+            if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
+                raise ArgumentError(f"frames[{index}] must be (H, W, 3) uint8, got {frame.shape} of {frame.dtype}")
+        if not frames:
+            return []
+        images = [torch.tensor(frame, device=self.device).permute(2, 0, 1) / 255 for frame in frames]
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=self._half):
+            outputs = self._network(images)
+        return [self._record(output) for output in outputs]
+
+    def _record(self, output: Mapping[str, torch.Tensor]) -> Detections:
+        masks = output["masks"][:, 0] >= MASK_THRESHOLD  # (n, 1, H, W) probabilities -> (n, H, W)
+        labels = output["labels"].cpu().numpy()
+        return Detections(
+            boxes=output["boxes"].float().cpu().numpy(),
+            scores=output["scores"].float().cpu().numpy(),
+            labels=labels if self._labels is None else self._labels[labels],
+            masks=masks.cpu().numpy(),
+        )
+
+
+def _device(name: str | None) -> torch.device:
+    try:
+        device = torch.device(name or ("cuda" if torch.cuda.is_available() else "cpu"))
+        torch.empty(1, device=device)
+    except (RuntimeError, AssertionError) as error:
+        raise ArgumentError(f"device {name!r} cannot be used: {str(error).splitlines()[0]}") from error
+    return device

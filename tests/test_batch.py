@@ -1,0 +1,338 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from corsmal import batch
+from corsmal.batch import METHOD_VIEWS, detect_recording, load_detections, load_fit
+from corsmal.dataset import open_dataset
+from corsmal.detection import Detections
+from corsmal.errors import ArgumentError, FileError
+from corsmal.estimation import fit_frame
+from corsmal.parameters import PAIRS, ShapeParameters
+from corsmal.selection import select_best_frame
+from corsmal.store import Store
+from tests.tiny import CUP, FRAMES, write_tiny_dataset, write_video
+
+TOTAL = FRAMES * len(METHOD_VIEWS)
+
+
+class FakeDetector:
+    """Finds one cup in every frame, and counts the frames."""
+
+    name = "a test's detector"
+    digest = "1"
+
+    def __init__(self):
+        self.seen = 0
+
+    def detect(self, frames):
+        self.seen += len(frames)
+        mask = np.zeros((1, 360, 640), dtype=bool)
+        mask[0, 150:200, 300:340] = True
+        return [Detections([[300, 150, 340, 200]], [0.9], [CUP], mask) for _ in frames]
+
+
+@pytest.fixture(scope="module")
+def dataset(tiny_dataset_root):
+    return open_dataset(tiny_dataset_root)
+
+
+@pytest.fixture(scope="module")
+def with_files(dataset):
+    return dataset["000000"]
+
+
+@pytest.fixture(scope="module")
+def without_files(dataset):
+    return dataset["000002"]
+
+
+@pytest.fixture
+def store(tmp_path):
+    return Store(tmp_path / "cache")
+
+
+@pytest.fixture
+def blocked(tmp_path):
+    """A store that cannot be written: its folder would lie beneath a file."""
+    (tmp_path / "file").write_bytes(b"")
+    return Store(tmp_path / "file" / "cache")
+
+
+def inspected(found):
+    return {name: len(view) for name, view in found.views.items()}
+
+
+def with_detections(recording, view, path):
+    return replace(recording, views={**recording.views, view: replace(recording.views[view], detections_path=path)})
+
+
+def test_views_come_in_the_order_of_the_pairs():
+    assert METHOD_VIEWS == ("view3", "view1", "view2")
+
+
+def test_files_beside_the_videos_are_read(with_files, store):
+    found = load_detections(with_files, store=store)
+    assert inspected(found) == dict.fromkeys(("view1", "view2", "view3"), FRAMES)
+    assert (found.missing, found.notes) == ((), ())
+    assert found.views["view1"].source == "file detections/000000.json"
+    assert not store.root.exists()
+
+
+def test_without_files_and_results_there_is_nothing(without_files, store):
+    found = load_detections(without_files, store=store)
+    assert (dict(found.views), found.missing, found.notes) == ({}, METHOD_VIEWS, ())
+
+
+def test_a_view_that_the_recording_lacks_is_missing(dataset, store):
+    assert load_detections(dataset["000001"], store=store).missing == ("view2",)
+
+
+def test_a_detectors_results_are_kept_and_loaded(without_files, store):
+    detector = FakeDetector()
+    detect_recording(without_files, detector, store=store)
+    assert detector.seen == TOTAL
+    found = load_detections(without_files, store=store)
+    assert inspected(found) == dict.fromkeys(METHOD_VIEWS, FRAMES)
+    assert found.notes == ()
+    assert found.views["view2"].source == detector.name
+    assert found.views["view2"][5].boxes.tolist() == [[300, 150, 340, 200]]
+    assert load_detections(without_files, store=Store(store.root)).key == found.key
+
+
+def test_a_file_is_preferred_to_what_a_detector_found(with_files, store):
+    detect_recording(with_detections(with_files, "view1", None), FakeDetector(), store=store)
+    from_file = load_detections(with_files, store=store)
+    from_store = load_detections(with_detections(with_files, "view1", None), store=store)
+    assert from_file.views["view1"].source.startswith("file ")
+    assert from_store.views["view1"].source == FakeDetector.name
+    assert from_file.key != from_store.key
+
+
+def test_views_with_a_file_are_not_inspected(with_files, store):
+    detector = FakeDetector()
+    detect_recording(with_detections(with_files, "view1", None), detector, store=store)
+    assert detector.seen == FRAMES
+    everything = FakeDetector()
+    detect_recording(with_files, everything, store=store)
+    assert everything.seen == 0
+
+
+def test_a_broken_file_is_a_note_and_the_stored_results_stand_in(without_files, store, tmp_path):
+    detect_recording(without_files, FakeDetector(), store=store)
+    path = tmp_path / "000002.json"
+    path.write_text("not JSON")
+    found = load_detections(with_detections(without_files, "view1", path), store=store)
+    [note] = found.notes
+    assert str(path) in note
+    assert found.views["view1"].source == FakeDetector.name
+    alone = load_detections(with_detections(without_files, "view1", path), store=Store(tmp_path / "empty"))
+    assert set(alone.missing) == set(METHOD_VIEWS)
+    assert len(alone.notes) == 1
+
+
+def test_entries_that_were_skipped_are_notes_that_name_the_view(with_files, store, tmp_path):
+    path = tmp_path / "000000.json"
+    content = with_files.views["view1"].detections_path.read_text()
+    path.write_text(content.replace('"image_id": 0', '"image_id": 999', 1))
+    found = load_detections(with_detections(with_files, "view1", path), store=store)
+    [note] = found.notes
+    assert note.startswith("view1: 1 entry skipped: frame (image_id) out of range")
+
+
+def test_progress_is_counted_over_all_views(without_files, store):
+    calls = []
+    detect_recording(without_files, FakeDetector(), store=store, progress=lambda *call: calls.append(call))
+    assert calls[0] == (0, TOTAL)
+    assert calls[-1] == (TOTAL, TOTAL)
+    done = [call[0] for call in calls]
+    assert done == sorted(done)
+    assert {total for _, total in calls} == {TOTAL}
+    assert {FRAMES, 2 * FRAMES} <= set(done)
+
+
+def test_what_was_done_before_a_cancel_is_kept_and_the_next_run_does_the_rest(without_files, store):
+    first, second, third = FakeDetector(), FakeDetector(), FakeDetector()
+    detect_recording(without_files, first, store=store, cancelled=lambda: first.seen >= FRAMES + 4)
+    assert first.seen == FRAMES + 4
+    half = load_detections(without_files, store=store)
+    assert inspected(half) == {"view3": FRAMES, "view1": 4}
+    assert half.notes == ("view1: detection was stopped", f"view1: 4 of {FRAMES} frames were inspected")
+    assert half.missing == ("view2",)
+    calls = []
+    detect_recording(without_files, second, store=store, progress=lambda *call: calls.append(call))
+    assert second.seen == TOTAL - first.seen
+    assert [call for call in calls if call[0] <= FRAMES + 4] == [(0, TOTAL), (FRAMES, TOTAL), (FRAMES + 4, TOTAL)]
+    whole = load_detections(without_files, store=store)
+    assert inspected(whole) == dict.fromkeys(METHOD_VIEWS, FRAMES)
+    assert whole.notes == ()
+    detect_recording(without_files, third, store=store)
+    assert third.seen == 0
+
+
+def test_another_detector_inspects_all_frames_again_and_is_then_the_one_that_counts(without_files, store):
+    detect_recording(without_files, FakeDetector(), store=store)
+    other = FakeDetector()
+    other.digest, other.name = "2", "another detector"
+    detect_recording(without_files, other, store=store)
+    assert other.seen == TOTAL
+    assert load_detections(without_files, store=store).views["view1"].source == "another detector"
+    again = FakeDetector()
+    detect_recording(without_files, again, store=store)
+    assert again.seen == 0
+    assert load_detections(without_files, store=store).views["view1"].source == FakeDetector.name
+
+
+def test_a_video_that_changed_has_no_detections_yet(tmp_path):
+    root = write_tiny_dataset(tmp_path / "set", recordings=3, frames=4)
+    recording, store = open_dataset(root)["000002"], Store(tmp_path / "cache")
+    detect_recording(recording, FakeDetector(), store=store)
+    video = recording.views["view1"].video_path
+    video.write_bytes(recording.views["view2"].video_path.read_bytes() + b"\0")
+    assert load_detections(recording, store=store).missing == ("view1",)
+
+
+def test_results_that_cannot_be_kept_are_one_sentence(without_files, blocked):
+    with pytest.raises(FileError, match="could not be kept") as raised:
+        detect_recording(without_files, FakeDetector(), store=blocked)
+    assert str(blocked.root) in str(raised.value)
+
+
+def test_a_broken_video_is_named(without_files, store, tmp_path):
+    path = tmp_path / "000002.mp4"
+    path.write_bytes(b"no video")
+    views = {**without_files.views, "view1": replace(without_files.views["view1"], video_path=path)}
+    with pytest.raises(FileError, match=r"000002\.mp4"):
+        detect_recording(replace(without_files, views=views), FakeDetector(), store=store)
+
+
+class PeakDetector(FakeDetector):
+    """Reads the frame's number from its grey level; the container is largest in frame 13."""
+
+    def detect(self, frames):
+        self.seen += len(frames)
+        found = []
+        for frame in frames:
+            number = round(float(frame.mean()) / 8)
+            mask = np.zeros((1, 48, 64), dtype=bool)
+            mask[0].flat[: 1000 - 5 * abs(number - 13)] = True
+            found.append(Detections([[30, 20, 34, 28]], [0.9], [CUP], mask))
+        return found
+
+
+@pytest.fixture
+def grey_recording(tmp_path):
+    """Thirty frames a view, each as grey as its number."""
+    for view in METHOD_VIEWS:
+        images = [np.full((48, 64, 3), 8 * number, dtype=np.uint8) for number in range(30)]
+        write_video(tmp_path / "set" / view / "rgb" / "000007.mp4", images)
+    return open_dataset(tmp_path / "set")["000007"]
+
+
+@pytest.mark.parametrize("every", [2, 5, 8, 64])
+def test_the_coarse_search_finds_the_best_frame_with_fewer_frames(grey_recording, store, every):
+    calls = []
+    detect_recording(
+        grey_recording, PeakDetector(), store=store, every=every, progress=lambda *call: calls.append(call)
+    )
+    views = load_detections(grey_recording, store=store).views
+    for view in views.values():
+        assert set(range(0, 30, every)) <= set(view)
+        assert len(view) < 30
+    if every <= 8:  # with a wider step the slope may lead away from the best frame
+        assert {select_best_frame(views, pair=pair).frame for pair in PAIRS} == {13}
+    assert calls[-1][0] == calls[-1][1]
+    assert all(0 <= done <= total for done, total in calls)
+    assert [done for done, _ in calls] == sorted(done for done, _ in calls)
+
+
+def test_a_search_of_every_frame_follows_a_coarse_one_without_repeating_it(grey_recording, store):
+    detect_recording(grey_recording, PeakDetector(), store=store, every=8)
+    before = sum(len(view) for view in load_detections(grey_recording, store=store).views.values())
+    detector = PeakDetector()
+    detect_recording(grey_recording, detector, store=store)
+    assert detector.seen == 3 * 30 - before
+    assert inspected(load_detections(grey_recording, store=store)) == dict.fromkeys(METHOD_VIEWS, 30)
+
+
+def test_a_step_that_is_not_positive_is_refused(without_files, store):
+    with pytest.raises(ArgumentError, match="every must be at least 1, got 0"):
+        detect_recording(without_files, FakeDetector(), store=store, every=0)
+
+
+CHOICE = {"pair": PAIRS[0], "frame": 2, "centre_rule": "horizontal third", "shape": ShapeParameters(circumferences=40)}
+
+
+def assert_same(fit, other):
+    assert (fit.pair, fit.frame) == (other.pair, other.frame)
+    for name in ("heights_mm", "radii_mm", "converged", "centroid_m"):
+        np.testing.assert_array_equal(getattr(fit.hull, name), getattr(other.hull, name))
+    for name in ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm", "reason", "bottom", "top"):
+        assert getattr(fit.dimensions, name) == getattr(other.dimensions, name)
+    np.testing.assert_array_equal(fit.dimensions.kept, other.dimensions.kept)
+
+
+def forbid_fitting(monkeypatch):
+    def refuse(*_args, **_choices):
+        raise AssertionError("this should have come from the store")
+
+    monkeypatch.setattr(batch, "fit_frame", refuse)
+
+
+def test_a_fit_is_the_same_from_the_store(with_files, store, monkeypatch):
+    found = load_detections(with_files, store=store)
+    plain = fit_frame(with_files, found.views, **CHOICE)
+    assert plain.ok
+    assert_same(load_fit(with_files, found, **CHOICE, store=store), plain)
+    forbid_fitting(monkeypatch)
+    assert_same(load_fit(with_files, found, **CHOICE, store=store), plain)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"pair": PAIRS[1]},
+        {"frame": 3},
+        {"centre_rule": "none"},
+        {"shape": ShapeParameters(circumferences=40, max_difference_mm=2)},
+    ],
+)
+def test_another_choice_is_another_fit(with_files, store, monkeypatch, change):
+    found = load_detections(with_files, store=store)
+    load_fit(with_files, found, **CHOICE, store=store)
+    forbid_fitting(monkeypatch)
+    with pytest.raises(AssertionError, match="from the store"):
+        load_fit(with_files, found, **{**CHOICE, **change}, store=store)
+
+
+@pytest.mark.parametrize("damage", [lambda _: b"", lambda content: content[:300], lambda _: b"x" * 900])
+def test_a_stored_fit_that_was_damaged_is_fitted_again(with_files, store, damage):
+    found = load_detections(with_files, store=store)
+    plain = load_fit(with_files, found, **CHOICE, store=store)
+    [path] = store.root.rglob("*.npz")
+    path.write_bytes(damage(path.read_bytes()))
+    assert_same(load_fit(with_files, found, **CHOICE, store=store), plain)
+    assert_same(load_fit(with_files, found, **CHOICE, store=Store(store.root)), plain)
+    assert list(store.root.rglob("*.broken"))
+
+
+def test_a_store_that_cannot_be_written_does_not_stop_a_fit(with_files, blocked):
+    found = load_detections(with_files, store=blocked)
+    assert_same(load_fit(with_files, found, **CHOICE, store=blocked), fit_frame(with_files, found.views, **CHOICE))
+    assert "cannot be written" in blocked.problems[-1]
+
+
+def test_a_fit_that_failed_says_why_every_time_and_is_not_kept(with_files, store):
+    found = load_detections(with_files, store=store)
+    for _ in range(2):
+        fit = load_fit(with_files, found, **{**CHOICE, "frame": FRAMES}, store=store)
+        assert fit.dimensions.reason == f"frame {FRAMES} of view3 was not inspected"
+    assert not list(store.root.rglob("*.npz"))
+
+
+def test_a_view_that_the_recording_lacks_is_a_failed_fit(dataset, store):
+    recording = dataset["000001"]
+    found = load_detections(recording, store=store)
+    fit = load_fit(recording, found, **{**CHOICE, "pair": PAIRS[1]}, store=store)
+    assert fit.dimensions.reason == "view2 has no video"
