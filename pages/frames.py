@@ -15,9 +15,11 @@ notes(found)
 detection_job(recording, found)
 pair, best = pair_control(recording)
 frames = viewer.longest_view(recording)
+session.keep_frame_within(frames)
 
 
 @st.fragment
+@guarded()
 def browse() -> None:
     event = plot_event("scores")
     current = session.choice().frame
@@ -37,5 +39,4 @@ def browse() -> None:
     viewer.view_pictures(recording, frame=frame, best=best)
 
 
-with guarded():
-    browse()
+browse()

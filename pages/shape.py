@@ -14,9 +14,11 @@ found = data.detections(recording)
 notes(found)
 detection_job(recording, found)
 frames = viewer.longest_view(recording)
+session.keep_frame_within(frames)
 
 
 @st.fragment
+@guarded()
 def fit_panel() -> None:
     event = plot_event("hull")
     controls.apply_sliders(event)
@@ -57,5 +59,4 @@ def fit_panel() -> None:
     hull_downloads(recording, fit)
 
 
-with guarded():
-    fit_panel()
+fit_panel()

@@ -109,7 +109,10 @@ def detection_job(recording: Recording, found: DetectionSet) -> None:
         return
     if job is not None and job.state == "failed":
         st.error(job.problem, icon=":material/error:")
-    lacking = [name for name in found.missing if name in recording.views]
+    # a view whose file could not be used is not detected in: the notes say what is wrong with the file
+    lacking = [
+        name for name in found.missing if name in recording.views and recording.views[name].detections_path is None
+    ]
     if not lacking:
         return
     st.info(

@@ -68,7 +68,7 @@ def frame_control(best: BestFrame, *, frames: int) -> int:
         on_change=lambda: session.choose(frame=int(st.session_state["frame_control"])),
     )
     right.button(
-        f"Best: {automatic}",
+        f"Best: {automatic}" if best.ok else "No best frame",
         icon=":material/star:",
         disabled=frame == automatic,
         on_click=lambda: session.choose(frame=None),
@@ -113,10 +113,12 @@ def live_sliders() -> list[Slider]:
 
 
 def apply_sliders(event: PlotEvent) -> None:
-    """Take over what the user dragged; the address is written when the dragging ends."""
-    values: dict[str, Any] = {
-        name: int(value) if name in WHOLE else value for name, value in event.values.items() if name in LIVE
-    }
+    """Take over what the user dragged, within the limits; the address is written when the dragging ends."""
+    values: dict[str, Any] = {}
+    for name in LIVE:
+        if name in event.values:
+            value = min(max(event.values[name], LIMITS[name].low), LIMITS[name].high)
+            values[name] = int(value) if name in WHOLE else value
     if values:
         session.choose(shape=replace(session.choice().shape, **values), settled=event.settled)
     if event.settled:

@@ -43,8 +43,7 @@ def dataset(root: str) -> Dataset:
     Raises:
         FileError: there is no dataset.
     """
-    path = Path(root).expanduser()
-    return _dataset(str(path), _folder_times(path))
+    return _dataset(root, _folder_times(os.path.expanduser(root)))
 
 
 def recording_key(recording: Recording) -> str:
@@ -147,10 +146,10 @@ def _dataset(root: str, times: tuple[tuple[str, int], ...]) -> Dataset:
     return open_dataset(root)
 
 
-def _folder_times(root: Path) -> tuple[tuple[str, int], ...]:
+def _folder_times(root: str) -> tuple[tuple[str, int], ...]:
     """Modification times of the folder and two levels below it, and of the annotation: cheap to ask for."""
     times: list[tuple[str, int]] = []
-    pending = [(str(root), 0)]
+    pending = [(root, 0)]
     while pending:
         folder, depth = pending.pop()
         try:
@@ -161,7 +160,7 @@ def _folder_times(root: Path) -> tuple[tuple[str, int], ...]:
                         pending.append((entry.path, depth + 1))
                     elif depth == 0:
                         times.append((entry.path, entry.stat().st_mtime_ns))
-        except OSError:
+        except (OSError, ValueError):  # the latter for what can be no file name; opening the dataset says what is wrong
             continue
     return tuple(sorted(times))
 

@@ -26,7 +26,19 @@ def begin() -> None:
         if found is not None:
             _recording_picker(found)
     for problem in st.session_state.get(PROBLEMS, ()):
-        st.warning(problem, icon=":material/link_off:")
+        _show_problem(problem)
+    write_address()
+
+
+def keep_frame_within(frames: int) -> None:
+    """Leave out a chosen frame that the recording does not have, and say so: only an address can hold one."""
+    frame = choice().frame
+    if frame is None or frame < frames:
+        return
+    problem = f"The address has frame={str(frame)!r}, which was left out: the recording has frames 0 to {frames - 1}."
+    _add_problem(problem)
+    _show_problem(problem)
+    choose(settled=False, frame=None)
     write_address()
 
 
@@ -92,6 +104,14 @@ def _read_address() -> None:
         st.session_state[CHOICE], st.session_state[PROBLEMS] = from_params(params)
 
 
+def _add_problem(problem: str) -> None:
+    st.session_state[PROBLEMS] = (*st.session_state.get(PROBLEMS, ()), problem)
+
+
+def _show_problem(problem: str) -> None:
+    st.warning(problem, icon=":material/link_off:")
+
+
 def _folder_input() -> None:
     if FOLDER not in st.session_state:
         st.session_state[FOLDER] = default_folder()
@@ -111,13 +131,11 @@ def _folder_input() -> None:
 def _recording_picker(found: Dataset) -> None:
     ids = list(found.table.index)
     current = choice().recording
-    if current not in ids:
-        if current is not None:
-            st.session_state[PROBLEMS] = (
-                *st.session_state.get(PROBLEMS, ()),
-                f"Recording {current[:40]!r} is not in {found.root}; another one is shown instead.",
-            )
-        choose(settled=False, recording=most_complete(found.table), frame=None)
+    if current is None:
+        choose(settled=False, recording=most_complete(found.table))
+    elif current not in ids:
+        _add_problem(f"Recording {current[:40]!r} is not in {found.root}; another one is shown instead.")
+        choose(settled=False, recording=most_complete(found.table), frame=None, pair=None)
     st.session_state[PICKER] = choice().recording
     labels = recording_labels(found.table)
     st.selectbox("Recording", ids, key=PICKER, format_func=labels.__getitem__, on_change=_picked)

@@ -173,7 +173,10 @@ def _frame(text: str) -> int:
 
 
 def _number(text: str, *, whole: bool) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
     if not math.isfinite(value) or (whole and value != int(value)):
         raise ArgumentError("a whole number was expected" if whole else "a finite number was expected")
     return int(value) if whole else value

@@ -1,8 +1,12 @@
 """Stepping through the frames of a recording."""
 
+from contextlib import suppress
+from math import isfinite
+
 import streamlit as st
 
 from corsmal.dataset import Recording
+from corsmal.errors import CorsmalError
 from corsmal.selection import BestFrame
 from corsmal.ui import data
 from corsmal.ui.components import guarded
@@ -20,7 +24,7 @@ RULES = {
 
 def stepped(frame: int, event: PlotEvent, *, frames: int) -> int:
     """The frame after a click on a frame's score or a press of a key, within the video."""
-    if event.click is not None and isinstance(event.click.x, int | float):
+    if event.click is not None and isinstance(event.click.x, int | float) and isfinite(event.click.x):
         frame = round(event.click.x)
     if event.key is not None:
         key, count = event.key
@@ -29,10 +33,10 @@ def stepped(frame: int, event: PlotEvent, *, frames: int) -> int:
 
 
 def longest_view(recording: Recording) -> int:
-    """The number of frames of the longest readable view, at least 1."""
+    """The number of frames of the longest readable view, at least 1; what cannot be read is said where it is shown."""
     counts = [1]
     for name in recording.views:
-        with guarded():
+        with suppress(CorsmalError):
             counts.append(data.frame_count(recording, view=name))
     return max(counts)
 

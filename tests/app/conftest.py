@@ -1,0 +1,50 @@
+"""Every test of the app has its own store, nothing cached, and an app that was started without a dataset."""
+
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import streamlit as st
+
+from tests.tiny import write_tiny_dataset
+
+
+@pytest.fixture(autouse=True)
+def fresh_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path / "cache"))
+    monkeypatch.delenv("CORSMAL_DATA", raising=False)
+    monkeypatch.setattr(sys, "argv", ["app.py"])
+    _clear_caches()
+    yield
+    _clear_caches()
+
+
+@pytest.fixture(scope="session")
+def sound_root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One recording of six frames with nothing wrong; read only."""
+    return write_tiny_dataset(tmp_path_factory.mktemp("sound") / "train", recordings=1, frames=6)
+
+
+@pytest.fixture(scope="session")
+def shared_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("store")
+
+
+@pytest.fixture
+def real_root(real_dataset_root: Path, shared_store: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The real recording; its tests share a store, because copying four videos for the browser takes seconds."""
+    monkeypatch.setenv("CORSMAL_CACHE", str(shared_store))
+    return real_dataset_root
+
+
+@pytest.fixture
+def root(sound_root: Path, tmp_path: Path) -> Path:
+    """A copy of the sound dataset, to be damaged."""
+    return Path(shutil.copytree(sound_root, tmp_path / "train"))
+
+
+def _clear_caches() -> None:
+    st.cache_data.clear()
+    st.cache_resource.clear()

@@ -1,0 +1,169 @@
+"""Plays one visitor of the app: opens pages, does what a browser would report, and reads what it would show."""
+
+import base64
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from streamlit.testing.v1 import AppTest
+
+APP = Path(__file__).resolve().parents[2] / "app.py"
+PAGES = {name: f"pages/{name}.py" for name in ("recordings", "frames", "shape")}
+TIMEOUT_S = 60
+
+
+class Visitor:
+    """A session of the app.
+
+    Args:
+        folder: what the visitor types as the dataset folder; None: what the app was started with.
+        address: query parameters of the address that is opened.
+    """
+
+    def __init__(self, folder: object = None, **address: str) -> None:
+        self.test = AppTest.from_file(str(APP), default_timeout=TIMEOUT_S)
+        if folder is not None:
+            self.test.session_state["data_folder"] = str(folder)
+        self._sequences: dict[str, int] = {}
+        for name, value in address.items():
+            self.test.query_params[name] = value
+        self.test.run()
+
+    def open(self, page: str) -> "Visitor":
+        """Go to a page by the navigation, which empties the address."""
+        self.test.switch_page(PAGES[page])
+        self.test.query_params.clear()
+        self.test.run()
+        return self
+
+    def follow(self, **address: str) -> None:
+        """Open another address of the same page, as the browser's Back does."""
+        self.test.query_params.clear()
+        for name, value in address.items():
+            self.test.query_params[name] = value
+        self.test.run()
+
+    def report(self, plot: str, **report: Any) -> None:
+        """What the browser says that the user did to a linked plot."""
+        self._sequences[plot] = self._sequences.get(plot, 0) + 1
+        self.test.session_state[plot] = {"report": {"sequence": self._sequences[plot], **report}}
+        self.test.run()
+
+    def select_row(self, row: int) -> None:
+        """Tick the box of a row of the recordings' table."""
+        key = self.test.dataframe[0].proto.id.split("-", 2)[2]
+        self.test.session_state[key] = {"selection": {"rows": [row], "columns": [], "cells": []}}
+        self.test.run()
+
+    def choose(self, key: str, value: object) -> None:
+        """Set a widget."""
+        widget: Any = next(item for item in self.test.main if getattr(item, "key", None) == key)
+        widget.set_value(value).run()
+
+    def press(self, label: str) -> None:
+        """Press a button."""
+        next(button for button in self.test.button if button.label == label).click().run()
+
+    @property
+    def address(self) -> dict[str, str]:
+        """The query parameters that the app wrote."""
+        params = self.test.query_params.items()
+        return {name: value if isinstance(value, str) else value[-1] for name, value in params}
+
+    @property
+    def crashes(self) -> list[str]:
+        return [element.value for element in self.test.exception]
+
+    @property
+    def warnings(self) -> list[str]:
+        return [element.value for element in self.test.warning]
+
+    @property
+    def errors(self) -> list[str]:
+        return [element.value for element in self.test.error]
+
+    @property
+    def sentences(self) -> str:
+        """Everything that the page says about problems and what to do, a line each."""
+        kinds = (self.test.error, self.test.warning, self.test.info, self.test.caption)
+        return "\n".join(element.value for kind in kinds for element in kind)
+
+    @property
+    def metrics(self) -> dict[str, str]:
+        """The page's measures by label."""
+        return {metric.label: metric.value for metric in self.test.metric}
+
+    @property
+    def plots(self) -> dict[str, dict[str, Any]]:
+        """What was sent to the browser for each linked plot, by key; ``figure`` is decoded."""
+        sent = {}
+        component: Any
+        for component in self.test.get("bidi_component"):
+            content = json.loads(component.proto.json)
+            content["figure"] = _decoded(json.loads(content["figure"]))
+            sent[str(component.key)] = content
+        return sent
+
+    @property
+    def buttons(self) -> list[str]:
+        return [button.label for button in self.test.button]
+
+    def count(self, *kinds: str) -> int:
+        """How many elements of these kinds, such as ``video``, the page shows."""
+        return sum(len(self.test.get(kind)) for kind in kinds)
+
+    def look(self) -> "Seen":
+        """What there is to read on the page."""
+        return Seen(
+            title=self.test.title[0].value,
+            crashes=self.crashes,
+            errors=self.errors,
+            warnings=self.warnings,
+            sentences=self.sentences,
+            metrics=self.metrics,
+            plots=frozenset(str(component.key) for component in self.test.get("bidi_component")),
+            buttons=self.buttons,
+            videos=self.count("video"),
+            sounds=self.count("audio"),
+            pictures=self.count("image", "imgs"),
+        )
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What one page showed."""
+
+    title: str
+    crashes: list[str]
+    errors: list[str]
+    warnings: list[str]
+    sentences: str
+    metrics: dict[str, str]
+    plots: frozenset[str]
+    buttons: list[str]
+    videos: int
+    sounds: int
+    pictures: int
+
+
+def rings(plot: dict[str, Any]) -> int:
+    """How many circumferences a hull's figure draws: each ends in a gap."""
+    names = ("circumferences", "smoothed away", "lower and upper end")
+    traces = [trace for trace in plot["figure"]["data"] if trace.get("name") in names]
+    return sum(int(np.isnan(trace["x"]).sum()) for trace in traces)
+
+
+def amount(text: str) -> float:
+    """The number that a measure begins with."""
+    return float(text.split(maxsplit=1)[0].replace(",", ""))
+
+
+def _decoded(value: Any) -> Any:
+    """Plotly's JSON with its packed arrays as NumPy arrays."""
+    if isinstance(value, dict):
+        if "bdata" in value:
+            return np.frombuffer(base64.b64decode(value["bdata"]), dtype=value["dtype"])
+        return {key: _decoded(item) for key, item in value.items()}
+    return [_decoded(item) for item in value] if isinstance(value, list) else value

@@ -1,0 +1,74 @@
+from pathlib import Path
+
+import pytest
+
+from tests.app.driver import Visitor
+
+
+def test_table_lists_what_is_known_and_missing(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root)
+    table = visitor.test.dataframe[0].value
+    assert list(table.index) == ["000000", "000001", "000002"]
+    assert list(table["container"]) == ["red cup", "green glass", "small white cup"]
+    assert list(table["filling"]) == ["none", "rice", "water"]
+    assert list(table["missing"]) == ["", "view2 video, audio", ""]
+    assert table["picture"].str.fullmatch(r"/thumbnails/[0-9a-f]+/00000\d\.jpg").all()
+
+
+def test_filters_leave_the_rows_that_fit(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root)
+    visitor.test.multiselect(key="filter_container").set_value(["green glass", "small white cup"]).run()
+    assert list(visitor.test.dataframe[0].value.index) == ["000001", "000002"]
+    visitor.test.selectbox(key="filter_lacks").set_value("complete").run()
+    assert list(visitor.test.dataframe[0].value.index) == ["000002"]
+    visitor.test.multiselect(key="filter_filling").set_value(["none"]).run()
+    assert list(visitor.test.dataframe[0].value.index) == []
+    assert "0 of 3 recordings" in visitor.sentences
+    assert visitor.crashes == []
+    assert visitor.test.subheader[0].value == "Recording 000000"
+
+
+def test_selected_row_of_a_filtered_table_is_the_recording_that_stands_there(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root)
+    visitor.test.multiselect(key="filter_container").set_value(["green glass", "small white cup"]).run()
+    visitor.select_row(1)
+    assert visitor.address == {"recording": "000002"}
+    assert visitor.test.subheader[0].value == "Recording 000002"
+    visitor.test.multiselect(key="filter_container").set_value([]).run()
+    assert visitor.address == {"recording": "000002"}
+
+
+def test_selecting_a_row_forgets_the_other_recordings_frame_and_pair(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root, recording="000000", frame="4", pair="view3-view2", L="99")
+    visitor.select_row(2)
+    assert visitor.address == {"recording": "000002", "L": "99"}
+
+
+def test_views_and_sound_that_are_there_are_playable(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root)
+    assert (visitor.count("video"), visitor.count("audio")) == (3, 1)
+    visitor.test.selectbox(key="channel").set_value(7).run()
+    assert visitor.count("audio") == 1
+    visitor.select_row(1)
+    assert (visitor.count("video"), visitor.count("audio")) == (2, 0)
+    assert visitor.warnings == ["Missing: view2 video, audio."]
+
+
+def test_real_set_lists_all_annotated_recordings_and_opens_one_without_files(real_root: Path) -> None:
+    visitor = Visitor(real_root)
+    assert list(visitor.test.dataframe[0].value.index) == ["000618"]
+    assert visitor.count("video") == 4
+    visitor.test.selectbox(key="filter_lacks").select_index(0).run()
+    table = visitor.test.dataframe[0].value
+    assert len(table) == 684
+    visitor.select_row(list(table.index).index("000002"))
+    assert visitor.address == {"recording": "000002"}
+    assert visitor.crashes == []
+    assert visitor.warnings == ["Missing: view1 video, view2 video, view3 video, audio."]
+
+
+@pytest.mark.parametrize("page", ["frames", "shape"])
+def test_recording_without_files_is_said_to_have_none(real_root: Path, page: str) -> None:
+    visitor = Visitor(real_root, recording="000002").open(page)
+    assert visitor.crashes == []
+    assert "view3" in visitor.errors[0]

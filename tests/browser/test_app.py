@@ -1,0 +1,153 @@
+"""The app in a real browser, on the tiny dataset and on the real recording."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+pytestmark = pytest.mark.browser
+
+HULL = "Hull, circumferences and cameras in 3D"
+CAMERA = "node => node._fullLayout.scene._scene.getCamera()"
+RINGS = """node => node._fullData
+  .filter((trace) => ["circumferences", "smoothed away", "lower and upper end"].includes(trace.name))
+  .reduce((sum, trace) => sum + [...trace.x].filter(Number.isNaN).length, 0)"""
+MORE_RINGS = f"([node, before]) => ({RINGS})(node) > before"
+
+
+Start = Callable[[Path], str]
+
+
+@pytest.fixture(scope="module")
+def start(serve: Any, tmp_path_factory: pytest.TempPathFactory) -> Start:
+    """Starts the app as a user starts it, and returns its address."""
+    environment = {"CORSMAL_CACHE": str(tmp_path_factory.mktemp("cache")), "CORSMAL_DATA": ""}
+    return lambda root: serve("app.py", "--data", str(root), env=environment)
+
+
+@pytest.fixture(scope="module")
+def address(start: Start, tiny_dataset_root: Path) -> str:
+    return start(tiny_dataset_root)
+
+
+@pytest.fixture(scope="module")
+def real_address(start: Start, real_dataset_root: Path) -> str:
+    return start(real_dataset_root)
+
+
+@pytest.fixture
+def page(browser_page: Page) -> Page:
+    browser_page.set_viewport_size({"width": 1400, "height": 1100})
+    return browser_page
+
+
+def plot(page: Page, label: str) -> Locator:
+    figure = page.get_by_role("group", name=label).locator(".linked-plot-figure")
+    expect(figure.locator(".main-svg").first).to_be_visible()
+    return figure
+
+
+def query(page: Page) -> dict[str, str]:
+    return {name: values[0] for name, values in parse_qs(urlsplit(page.url).query).items()}
+
+
+def measures(page: Page) -> list[str]:
+    return page.get_by_test_id("stMetricValue").all_inner_texts()
+
+
+def rotate(page: Page, figure: Locator) -> dict[str, Any]:
+    """Turn the hull with the mouse; returns the camera once it has come to rest."""
+    before = figure.evaluate(CAMERA)
+    box = figure.bounding_box()
+    assert box is not None
+    middle, height = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(middle, height)
+    page.mouse.down()
+    page.mouse.move(middle + 120, height - 40, steps=8)
+    page.mouse.up()
+    seen = [before]
+    while seen[-1] == before or seen[-1] != seen[-2]:
+        page.wait_for_timeout(300)
+        seen.append(figure.evaluate(CAMERA))
+    return seen[-1]
+
+
+@pytest.mark.parametrize("app", ["address", "real_address"])
+def test_dragging_the_slider_refits_the_hull_and_leaves_the_camera(
+    page: Page, app: str, request: pytest.FixtureRequest
+) -> None:
+    page.goto(f"{request.getfixturevalue(app)}/hull")
+    figure = plot(page, HULL)
+    slider = page.get_by_role("slider", name="L, circumferences")
+    slider.scroll_into_view_if_needed()
+    camera, rings, measured = rotate(page, figure), figure.evaluate(RINGS), measures(page)
+    box = slider.bounding_box()
+    assert box is not None
+    start, middle = box["x"] + box["width"] * (145 - 10) / (500 - 10), box["y"] + box["height"] / 2
+    page.mouse.move(start, middle)
+    page.mouse.down()
+    for step in range(1, 11):
+        page.mouse.move(start + step * box["width"] / 30, middle)
+    page.wait_for_function(MORE_RINGS, arg=[figure.element_handle(), rings])  # the button is still down
+    assert "L" not in query(page)
+    page.mouse.up()
+    chosen = slider.input_value()
+    page.wait_for_url(re.compile(rf"[?&]L={chosen}\b"))
+    assert int(chosen) > 200
+    assert measures(page) != measured
+    for name in ("eye", "center", "up"):
+        assert figure.evaluate(CAMERA)[name] == pytest.approx(camera[name], abs=1e-9)
+
+
+def test_address_opened_elsewhere_shows_the_same_and_back_goes_back(page: Page, address: str) -> None:
+    page.goto(f"{address}/hull?frame=2&L=60")
+    plot(page, HULL)
+    slider = page.get_by_role("slider", name="L, circumferences")
+    expect(slider).to_have_value("60")
+    expect(page.get_by_role("spinbutton", name=re.compile("^Frame"))).to_have_value("2")
+    measured = measures(page)
+    slider.press("PageUp")
+    expect(slider).not_to_have_value("60")
+    page.wait_for_url(re.compile(rf"[?&]L={slider.input_value()}\b"))
+    page.go_back()
+    expect(slider).to_have_value("60")
+    expect(page.get_by_test_id("stMetricValue")).to_have_text(measured)
+
+
+def test_keys_step_through_the_frames(page: Page, address: str) -> None:
+    page.goto(f"{address}/best-frame?frame=2")
+    plot(page, "Scores of the frames")
+    for key, frame in (("ArrowRight", 3), ("ArrowRight", 4), ("ArrowLeft", 3), ("Home", 0)):
+        page.keyboard.press(key)
+        expect(page.get_by_text(f"view3, frame {frame}", exact=False)).to_be_visible()
+        page.wait_for_url(re.compile(rf"[?&]frame={frame}\b"))
+
+
+def test_thumbnails_are_served_for_recordings_alone(page: Page, address: str) -> None:
+    with page.expect_response(re.compile("/thumbnails/")) as caught:
+        page.goto(address)
+    response = caught.value
+    assert response.status == 200
+    assert response.headers["content-type"] == "image/jpeg"
+    assert response.body().startswith(b"\xff\xd8\xff")
+    folder, name = response.url.rsplit("/", 1)
+    for path in (f"{folder}/999999.jpg", f"{address}/thumbnails/0123/{name}"):
+        assert page.request.get(path).status == 404, path
+    for outside in ("..%2F..%2F..%2Fetc%2Fpasswd.jpg", "%2Fetc%2Fpasswd.jpg", "..%2F..%2Frequirements.txt%00.jpg"):
+        answer = page.request.get(f"{folder}/{outside}")  # refused, or Streamlit's own start page
+        assert answer.status in (400, 404) or "<title>Streamlit</title>" in answer.text(), outside
+
+
+def test_hull_is_downloaded_as_a_mesh(page: Page, address: str) -> None:
+    page.goto(f"{address}/hull?L=20&dmax=10")
+    plot(page, HULL)
+    with page.expect_download() as caught:
+        page.get_by_role("button", name="Hull as OBJ").click()
+    assert re.fullmatch(r"\d{6}_view3-view1_frame\d+\.obj", caught.value.suggested_filename)
+    lines = caught.value.path().read_text(encoding="utf-8").splitlines()
+    assert sum(line.startswith("v ") for line in lines) > 96
+    assert sum(line.startswith("f ") for line in lines) > 96
