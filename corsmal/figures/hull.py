@@ -7,7 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from corsmal.figures.style import BEST, DROPPED, HULL, RING, VIEW_COLOURS, plain_layout
+from corsmal.figures.style import BEST, DROPPED, HULL, RING, VIEW_COLOURS, Part, axis, plain_layout
 from corsmal.geometry import Camera
 from corsmal.shape import Dimensions, Hull, circumference_points, hull_mesh
 
@@ -34,36 +34,33 @@ def hull_figure(
     Returns:
         A 3D figure in world millimetres.
     """
-    figure = go.Figure(layout=plain_layout())
-    figure.update_layout(margin={"l": 0, "r": 0, "t": 30, "b": 0})
-    if hull.ok:
-        _add_surface(figure, hull)
-        _add_circumferences(figure, hull, dimensions)
-    for view, camera in cameras.items():
-        _add_camera(figure, view, camera, target_m=hull.centroid_m)
-    figure.update_scenes(
-        aspectmode="data",
-        xaxis_title="x (mm)",
-        yaxis_title="y (mm)",
-        zaxis_title="z (mm)",
-        camera={"eye": _viewpoint(cameras, hull)},
-    )
-    if scope == "container" and hull.converged.any():
-        _frame_container(figure, hull)
-    return figure
+    traces = [_surface(hull), *_circumferences(hull, dimensions)] if hull.ok else []
+    traces += [_camera(view, camera, target_m=hull.centroid_m) for view, camera in cameras.items()]
+    scene = {
+        **{f"{name}axis": axis(f"{name} (mm)") for name in "xyz"},
+        "aspectmode": "data",
+        "camera": {"eye": _viewpoint(cameras, hull)},
+    }
+    if scope == "container" and hull.centroid_m is not None and hull.converged.any():
+        _frame_container(scene, hull, axis_mm=hull.centroid_m[:2] * 1000)
+    return go.Figure(traces, plain_layout(margin={"l": 0, "r": 0, "t": 30, "b": 0}, scene=scene))
 
 
-def _add_surface(figure: go.Figure, hull: Hull) -> None:
+def _surface(hull: Hull) -> Part:
     vertices, faces = hull_mesh(hull, sides=SIDES)
-    x, y, z = vertices.T.astype(np.float32)
-    i, j, k = faces.T.astype(np.int32)
-    lighting = {"ambient": 0.6, "diffuse": 0.7, "specular": 0.2, "roughness": 0.6}
-    figure.add_mesh3d(
-        x=x, y=y, z=z, i=i, j=j, k=k, color=HULL, opacity=0.55, lighting=lighting, name="hull", hoverinfo="skip"
-    )
+    return {
+        "type": "mesh3d",
+        **dict(zip("xyz", vertices.T.astype(np.float32), strict=True)),
+        **dict(zip("ijk", faces.T.astype(np.int32), strict=True)),
+        "color": HULL,
+        "opacity": 0.55,
+        "lighting": {"ambient": 0.6, "diffuse": 0.7, "specular": 0.2, "roughness": 0.6},
+        "name": "hull",
+        "hoverinfo": "skip",
+    }
 
 
-def _add_circumferences(figure: go.Figure, hull: Hull, dimensions: Dimensions) -> None:
+def _circumferences(hull: Hull, dimensions: Dimensions) -> list[Part]:
     kept = np.zeros(len(hull.converged), dtype=bool)
     kept[dimensions.kept] = True
     ends = np.zeros_like(kept)
@@ -74,22 +71,31 @@ def _add_circumferences(figure: go.Figure, hull: Hull, dimensions: Dimensions) -
         ("lower and upper end", hull.converged & ends, BEST, 6),
     )
     rings = _closed_rings(hull)
-    for name, chosen, colour, width in groups:
-        if chosen.any():
-            x, y, z = rings[chosen].reshape(-1, 3).T
-            figure.add_scatter3d(
-                x=x, y=y, z=z, mode="lines", line={"color": colour, "width": width}, name=name, hoverinfo="skip"
-            )
+    return [
+        _lines(rings[chosen].reshape(-1, 3), colour=colour, width=width, name=name) | {"hoverinfo": "skip"}
+        for name, chosen, colour, width in groups
+        if chosen.any()
+    ]
+
+
+def _lines(points_mm: Floats, *, colour: str, width: int, name: str) -> Part:
+    return {
+        "type": "scatter3d",
+        **dict(zip("xyz", points_mm.T.astype(np.float32), strict=True)),
+        "mode": "lines",
+        "line": {"color": colour, "width": width},
+        "name": name,
+    }
 
 
 def _closed_rings(hull: Hull) -> Floats:
     """(L, SIDES + 2, 3) mm: each circumference closed, followed by a gap."""
     points = circumference_points(hull, points=SIDES) * 1000
     gap = np.full((len(points), 1, 3), np.nan)
-    return np.concatenate([points, points[:, :1], gap], axis=1).astype(np.float32)
+    return np.concatenate([points, points[:, :1], gap], axis=1)
 
 
-def _add_camera(figure: go.Figure, view: str, camera: Camera, *, target_m: Floats | None) -> None:
+def _camera(view: str, camera: Camera, *, target_m: Floats | None) -> Part:
     width, height = camera.size
     corners_px = np.array([[0, 0], [width, 0], [width, height], [0, height]]) - 0.5
     rays = np.column_stack([corners_px, np.ones(4)]) @ np.linalg.inv(camera.intrinsic).T
@@ -99,10 +105,7 @@ def _add_camera(figure: go.Figure, view: str, camera: Camera, *, target_m: Float
     path += [corners[2], corners[1]]
     if target_m is not None:
         path += [np.full(3, np.nan), centre, target_m * 1000]
-    x, y, z = np.array(path, dtype=np.float32).T
-    figure.add_scatter3d(
-        x=x, y=y, z=z, mode="lines", line={"color": VIEW_COLOURS[view], "width": 4}, name=view, hoverinfo="name"
-    )
+    return _lines(np.array(path), colour=VIEW_COLOURS[view], width=4, name=view) | {"hoverinfo": "name"}
 
 
 def _viewpoint(cameras: Mapping[str, Camera], hull: Hull) -> dict[str, float]:
@@ -110,21 +113,17 @@ def _viewpoint(cameras: Mapping[str, Camera], hull: Hull) -> dict[str, float]:
     if not cameras or hull.centroid_m is None:
         return {"x": 1.2, "y": 1.2, "z": 0.8}
     away = next(iter(cameras.values())).centre_m - hull.centroid_m
-    x, y = 1.7 * away[:2] / np.linalg.norm(away[:2])
+    x, y = 1.7 * away[:2] / max(float(np.linalg.norm(away[:2])), 1e-6)
     return {"x": float(x), "y": float(y), "z": 0.7}
 
 
-def _frame_container(figure: go.Figure, hull: Hull) -> None:
-    if hull.centroid_m is None:
-        return
-    x, y = hull.centroid_m[:2] * 1000
+def _frame_container(scene: Part, hull: Hull, *, axis_mm: Floats) -> None:
+    """Let a scene end a little outside the hull, still to scale."""
     heights = hull.heights_mm[hull.converged]
     reach = float(hull.radii_mm[hull.converged].max()) + MARGIN_MM
     bottom, top = float(heights[0]) - MARGIN_MM / 2, float(heights[-1]) + MARGIN_MM / 2
-    figure.update_scenes(
-        xaxis_range=[x - reach, x + reach],
-        yaxis_range=[y - reach, y + reach],
-        zaxis_range=[bottom, top],
-        aspectmode="manual",
-        aspectratio={"x": 1, "y": 1, "z": (top - bottom) / (2 * reach)},
-    )
+    for name, middle in zip(("xaxis", "yaxis"), axis_mm.tolist(), strict=True):
+        scene[name]["range"] = [middle - reach, middle + reach]
+    scene["zaxis"]["range"] = [bottom, top]
+    scene["aspectmode"] = "manual"
+    scene["aspectratio"] = {"x": 1, "y": 1, "z": (top - bottom) / (2 * reach)}

@@ -34,10 +34,21 @@ def draw_detections(image: Image, detections: Detections, filtered: Filtered) ->
     for index in [*dropped, *kept[::-1]]:
         strong = index == filtered.container
         colour = rgb(CONTAINER if strong else VIEW_COLOURS["view1"] if index in kept else TRUTH)
-        _paint_mask(picture, detections.mask(index), colour, FILL if index in kept else FILL_DROPPED)
+        paint_mask(picture, detections.mask(index), rgb_colour=colour, opacity=FILL if index in kept else FILL_DROPPED)
         _draw_box(picture, detections.boxes[index], rgb(DROPPED) if index in dropped else colour, 3 if strong else 1)
         _label(picture, f"{index + 1}: {detections.scores[index]:.2f}", detections.boxes[index], colour)
     return picture
+
+
+def paint_mask(picture: Image, mask: NDArray[np.bool_], *, rgb_colour: tuple[int, int, int], opacity: float) -> None:
+    """Tint the pixels of an (H, W) bool mask in an (H, W, 3) picture, in place, and draw its outlines."""
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    part, inside = picture[y : y + height, x : x + width], mask[y : y + height, x : x + width]
+    part[inside] = ((1 - opacity) * part[inside] + opacity * np.array(rgb_colour)).astype(np.uint8)
+    contours, _ = cv2.findContours(
+        np.ascontiguousarray(inside, np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE, offset=(x, y)
+    )
+    cv2.drawContours(picture, contours, -1, rgb_colour, 1, cv2.LINE_AA)
 
 
 def jpeg(image: Image, *, quality: int = 85, width: int | None = None) -> bytes:
@@ -52,16 +63,6 @@ def jpeg(image: Image, *, quality: int = 85, width: int | None = None) -> bytes:
 def class_name(label: int) -> str:
     """The name of a COCO class that counts as a container, else its number."""
     return CONTAINER_CLASSES.get(label, f"class {label}")
-
-
-def _paint_mask(picture: Image, mask: NDArray[np.bool_], colour: tuple[int, int, int], opacity: float) -> None:
-    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
-    part, inside = picture[y : y + height, x : x + width], mask[y : y + height, x : x + width]
-    part[inside] = ((1 - opacity) * part[inside] + opacity * np.array(colour)).astype(np.uint8)
-    contours, _ = cv2.findContours(
-        np.ascontiguousarray(inside, np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(x, y)
-    )
-    cv2.drawContours(picture, contours, -1, colour, 1, cv2.LINE_AA)
 
 
 def _draw_box(picture: Image, box: NDArray[np.float64], colour: tuple[int, int, int], thickness: int) -> None:

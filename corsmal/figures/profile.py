@@ -3,7 +3,7 @@
 import numpy as np
 import plotly.graph_objects as go
 
-from corsmal.figures.style import BEST, DROPPED, HULL, TRUTH, plain_layout
+from corsmal.figures.style import BEST, DROPPED, HULL, TRUTH, Part, axis, plain_layout
 from corsmal.shape import Dimensions, Hull
 
 
@@ -20,7 +20,25 @@ def profile_figure(
     Returns:
         A figure with equal scales on both axes.
     """
-    figure = go.Figure(layout=plain_layout())
+    traces = _radii(hull, dimensions)
+    ends = {"i_b, lower end": dimensions.bottom, "i_t, upper end": dimensions.top}
+    marks = {
+        f"{name}: {2 * hull.radii_mm[index]:.1f} mm wide": float(hull.heights_mm[index])
+        for name, index in ends.items()
+        if index is not None
+    }
+    if truth_mm is not None and dimensions.bottom is not None:
+        traces.append(_annotated(*truth_mm, base_mm=float(hull.heights_mm[dimensions.bottom])))
+    layout = plain_layout(
+        shapes=[_across(height_mm) for height_mm in marks.values()],
+        annotations=[_caption(text, height_mm) for text, height_mm in marks.items()],
+        xaxis=axis("radius (mm)", range=[0, 1.1 * float(hull.radii_mm.max(initial=1.0))]),
+        yaxis=axis("height z above the table (mm)", scaleanchor="x"),
+    )
+    return go.Figure(traces, layout)
+
+
+def _radii(hull: Hull, dimensions: Dimensions) -> list[Part]:
     kept = np.zeros(len(hull.converged), dtype=bool)
     kept[dimensions.kept] = True
     groups = (
@@ -28,36 +46,39 @@ def profile_figure(
         ("smoothed away", hull.converged & ~kept, {"color": DROPPED, "size": 8, "symbol": "x"}, "markers"),
         ("fits no view", ~hull.converged, {"color": TRUTH, "size": 4, "symbol": "circle-open"}, "markers"),
     )
-    for name, chosen, marker, mode in groups:
-        if chosen.any():
-            figure.add_scatter(
-                x=hull.radii_mm[chosen],
-                y=hull.heights_mm[chosen],
-                name=name,
-                mode=mode,
-                marker=marker,
-                line={"color": HULL, "width": 1},
-                hovertemplate="radius %{x:.1f} mm<br>z %{y:.1f} mm",
-            )
-    for name, index in (("i_b, lower end", dimensions.bottom), ("i_t, upper end", dimensions.top)):
-        if index is not None:
-            figure.add_hline(
-                y=float(hull.heights_mm[index]),
-                line={"color": BEST, "width": 2},
-                annotation={"text": f"{name}: {2 * hull.radii_mm[index]:.1f} mm wide", "font": {"color": BEST}},
-                annotation_position="top right",
-            )
-    if truth_mm is not None and dimensions.bottom is not None:
-        bottom, top, height = truth_mm
-        base = float(hull.heights_mm[dimensions.bottom])
-        figure.add_scatter(
-            x=[0, bottom / 2, top / 2, 0],
-            y=[base, base, base + height, base + height],
-            name="annotated size, from the lower end up",
-            mode="lines",
-            line={"color": TRUTH, "width": 2, "dash": "dash"},
-            hovertemplate="annotated: radius %{x:.1f} mm",
-        )
-    figure.update_xaxes(title="radius (mm)", range=[0, 1.1 * float(hull.radii_mm.max(initial=1.0))])
-    figure.update_yaxes(title="height z above the table (mm)", scaleanchor="x")
-    return figure
+    return [
+        {
+            "type": "scatter",
+            "x": hull.radii_mm[chosen],
+            "y": hull.heights_mm[chosen],
+            "name": name,
+            "mode": mode,
+            "marker": marker,
+            "line": {"color": HULL, "width": 1},
+            "hovertemplate": "radius %{x:.1f} mm<br>z %{y:.1f} mm",
+        }
+        for name, chosen, marker, mode in groups
+        if chosen.any()
+    ]
+
+
+def _annotated(bottom_mm: float, top_mm: float, height_mm: float, *, base_mm: float) -> Part:
+    return {
+        "type": "scatter",
+        "x": [0, bottom_mm / 2, top_mm / 2, 0],
+        "y": [base_mm, base_mm, base_mm + height_mm, base_mm + height_mm],
+        "name": "annotated size, from the lower end up",
+        "mode": "lines",
+        "line": {"color": TRUTH, "width": 2, "dash": "dash"},
+        "hovertemplate": "annotated: radius %{x:.1f} mm",
+    }
+
+
+def _across(height_mm: float) -> Part:
+    ends = {"xref": "x domain", "x0": 0, "x1": 1, "y0": height_mm, "y1": height_mm}
+    return {"type": "line", **ends, "line": {"color": BEST, "width": 2}}
+
+
+def _caption(text: str, height_mm: float) -> Part:
+    place = {"xref": "x domain", "x": 1, "xanchor": "right", "y": height_mm, "yanchor": "bottom"}
+    return {"text": text, "font": {"color": BEST}, "showarrow": False, **place}

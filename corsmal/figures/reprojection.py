@@ -7,12 +7,13 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from corsmal.figures.overlay import Image, jpeg
-from corsmal.figures.style import CONTAINER, INSIDE, OUTSIDE, plain_layout, rgb
+from corsmal.figures.overlay import Image, jpeg, paint_mask
+from corsmal.figures.style import CONTAINER, INSIDE, OUTSIDE, axis, plain_layout, rgb
 from corsmal.geometry import Camera
 from corsmal.shape import Hull, circumference_points, on_mask
 
 MARGIN_PX = 40
+TINT = 0.3
 
 
 def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, hull: Hull, *, points: int) -> go.Figure:
@@ -32,35 +33,41 @@ def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, h
     pixels = camera.project(rings.reshape(-1, 3))
     radii = np.repeat(hull.radii_mm[hull.converged], points)
     heights = np.repeat(hull.heights_mm[hull.converged], points)
-    figure = go.Figure(layout=plain_layout())
-    left, top, right, bottom = _crop(mask, image.shape)
-    figure.add_layout_image(
-        source=_data_uri(_tinted(image, mask)[top:bottom, left:right]),
-        x=left - 0.5,
-        y=top - 0.5,
-        sizex=right - left,
-        sizey=bottom - top,
-        xref="x",
-        yref="y",
-        sizing="stretch",
-        layer="below",
-    )
     inside = on_mask(mask, pixels)
-    for name, chosen, colour in (("on the mask", inside, INSIDE), ("off the mask", ~inside, OUTSIDE)):
-        figure.add_scattergl(
-            x=pixels[chosen, 0].astype(np.float32),
-            y=pixels[chosen, 1].astype(np.float32),
-            customdata=np.column_stack([radii[chosen], heights[chosen]]).astype(np.float32),
-            name=f"{name}: {int(chosen.sum()):,}",
-            mode="markers",
-            marker={"color": colour, "size": 4},
-            hovertemplate="radius %{customdata[0]:.1f} mm<br>z %{customdata[1]:.1f} mm",
-        )
-    figure.update_xaxes(range=[left - 0.5, right - 0.5], title="x (pixels)", showgrid=False, zeroline=False)
-    figure.update_yaxes(
-        range=[bottom - 0.5, top - 0.5], title="y (pixels)", scaleanchor="x", showgrid=False, zeroline=False
+    traces = [
+        {
+            "type": "scattergl",
+            "x": pixels[chosen, 0].astype(np.float32),
+            "y": pixels[chosen, 1].astype(np.float32),
+            "customdata": np.column_stack([radii[chosen], heights[chosen]]).astype(np.float32),
+            "name": f"{name}: {int(chosen.sum()):,}",
+            "mode": "markers",
+            "marker": {"color": colour, "size": 4},
+            "hovertemplate": "radius %{customdata[0]:.1f} mm<br>z %{customdata[1]:.1f} mm",
+        }
+        for name, chosen, colour in (("on the mask", inside, INSIDE), ("off the mask", ~inside, OUTSIDE))
+    ]
+    left, top, right, bottom = _crop(mask, image.shape)
+    crop = image[top:bottom, left:right].copy()
+    paint_mask(crop, mask[top:bottom, left:right], rgb_colour=rgb(CONTAINER), opacity=TINT)
+    picture = {
+        "source": _data_uri(crop),
+        "x": left - 0.5,
+        "y": top - 0.5,
+        "sizex": right - left,
+        "sizey": bottom - top,
+        "xref": "x",
+        "yref": "y",
+        "sizing": "stretch",
+        "layer": "below",
+    }
+    plain = {"showgrid": False, "zeroline": False}
+    layout = plain_layout(
+        images=[picture],
+        xaxis=axis("x (pixels)", range=[left - 0.5, right - 0.5], **plain),
+        yaxis=axis("y (pixels)", range=[bottom - 0.5, top - 0.5], scaleanchor="x", **plain),
     )
-    return figure
+    return go.Figure(traces, layout)
 
 
 def _crop(mask: NDArray[np.bool_], shape: tuple[int, ...]) -> tuple[int, int, int, int]:
@@ -74,14 +81,6 @@ def _crop(mask: NDArray[np.bool_], shape: tuple[int, ...]) -> tuple[int, int, in
         min(shape[1], x + width + MARGIN_PX),
         min(shape[0], y + height + MARGIN_PX),
     )
-
-
-def _tinted(image: Image, mask: NDArray[np.bool_]) -> Image:
-    picture = image.copy()
-    contours, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
-    picture[mask] = (0.7 * picture[mask] + 0.3 * np.array(rgb(CONTAINER))).astype(np.uint8)
-    cv2.drawContours(picture, contours, -1, rgb(CONTAINER), 1)
-    return picture
 
 
 def _data_uri(image: Image) -> str:

@@ -2,8 +2,8 @@
 
 import plotly.graph_objects as go
 
-from corsmal.figures.style import BEST, PENALTY, TOTAL, TRUTH, VIEW_COLOURS, plain_layout
-from corsmal.selection import BestFrame
+from corsmal.figures.style import BEST, PENALTY, TOTAL, TRUTH, VIEW_COLOURS, Part, axis, plain_layout
+from corsmal.selection import BestFrame, FrameScore
 
 
 def score_figure(best: BestFrame, *, frame: int | None = None) -> go.Figure:
@@ -18,46 +18,63 @@ def score_figure(best: BestFrame, *, frame: int | None = None) -> go.Figure:
     """
     scores = best.scores
     frames = [score.frame for score in scores]
-    figure = go.Figure(layout=plain_layout(hovermode="x unified"))
-    for side, view in enumerate(best.pair):
-        figure.add_scatter(
-            x=frames,
-            y=[score.mask_pixels[side] for score in scores],
+    traces = [
+        _line(
+            frames,
+            [score.mask_pixels[side] for score in scores],
             name=f"N, {view}",
-            mode="lines+markers",
             line={"color": VIEW_COLOURS[view], "width": 1.5},
             marker={"size": 4},
-            hovertemplate="%{y:,} px",
         )
-    figure.add_scatter(
-        x=frames,
-        y=[-2 * sum(score.penalties) if score.total is not None else None for score in scores],
-        name="penalties, twice both views' TP",
-        mode="lines",
-        fill="tozeroy",
-        line={"color": PENALTY, "width": 1},
-        hovertemplate="%{y:,} px",
-    )
-    figure.add_scatter(
-        x=frames,
-        y=[score.total for score in scores],
-        name="score of the pair",
-        mode="lines+markers",
-        line={"color": TOTAL, "width": 3},
-        marker={"size": 6},
-        hovertemplate="%{y:,} px",
-    )
+        for side, view in enumerate(best.pair)
+    ]
+    penalties = [-2 * sum(score.penalties) if score.total is not None else None for score in scores]
+    traces += [
+        _line(
+            frames,
+            penalties,
+            name="penalties, twice both views' TP",
+            line={"color": PENALTY, "width": 1},
+            mode="lines",
+            fill="tozeroy",
+        ),
+        _line(
+            frames,
+            [score.total for score in scores],
+            name="score of the pair",
+            line={"color": TOTAL, "width": 3},
+            marker={"size": 6},
+        ),
+    ]
     if best.score is not None:
-        figure.add_scatter(
-            x=[best.frame],
-            y=[best.score.total],
-            name=f"best frame: {best.frame}",
-            mode="markers",
-            marker={"color": BEST, "size": 16, "symbol": "star"},
-            hoverinfo="skip",
-        )
+        traces.append(_star(best.score))
+    layout = plain_layout(
+        hovermode="x unified",
+        xaxis=axis("frame", rangemode="tozero"),
+        yaxis=axis("pixels", zeroline=True),
+    )
     if frame is not None:
-        figure.add_vline(x=frame, line={"color": TRUTH, "width": 2, "dash": "dot"})
-    figure.update_xaxes(title="frame", rangemode="tozero")
-    figure.update_yaxes(title="pixels", zeroline=True)
-    return figure
+        layout["shapes"] = [_cursor(frame)]
+    return go.Figure(traces, layout)
+
+
+def _line(frames: list[int], pixels: list[int | None], **changes: object) -> Part:
+    look = {"mode": "lines+markers", "hovertemplate": "%{y:,} px"}
+    return {"type": "scatter", "x": frames, "y": pixels, **look, **changes}
+
+
+def _cursor(frame: int) -> Part:
+    ends = {"x0": frame, "x1": frame, "yref": "y domain", "y0": 0, "y1": 1}
+    return {"type": "line", **ends, "line": {"color": TRUTH, "width": 2, "dash": "dot"}}
+
+
+def _star(score: FrameScore) -> Part:
+    return {
+        "type": "scatter",
+        "x": [score.frame],
+        "y": [score.total],
+        "name": f"best frame: {score.frame}",
+        "mode": "markers",
+        "marker": {"color": BEST, "size": 16, "symbol": "star"},
+        "hoverinfo": "skip",
+    }

@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+
+from corsmal.figures import profile_figure
+from corsmal.shape import Dimensions, Hull
+from tests.figures.made import made_dimensions, made_hull, traces
+
+
+def test_radii_are_told_apart_by_what_became_of_them():
+    found = traces(profile_figure(made_hull(), made_dimensions()))
+    assert {name: list(zip(trace.x, trace.y, strict=True)) for name, trace in found.items()} == {
+        "kept": [(40, 50), (40.5, 60), (41, 70), (60, 90)],
+        "smoothed away": [(55, 40), (41.5, 80)],
+        "fits no view": [(2.5, 30)],
+    }
+    assert found["kept"].mode == "lines+markers"
+    assert found["smoothed away"].mode == "markers"
+
+
+def test_the_ends_are_lines_across_the_figure_with_their_widths():
+    layout = profile_figure(made_hull(), made_dimensions()).layout
+    assert [(line.x0, line.x1, line.y0, line.y1) for line in layout.shapes] == [(0, 1, 50, 50), (0, 1, 70, 70)]
+    assert {line.xref for line in layout.shapes} == {"x domain"}
+    assert [(note.y, note.text) for note in layout.annotations] == [
+        (50, "i_b, lower end: 80.0 mm wide"),
+        (70, "i_t, upper end: 82.0 mm wide"),
+    ]
+
+
+def test_ends_at_the_same_height_and_width_keep_both_their_captions():
+    dimensions = Dimensions(1.0, 80.0, 80.0, 0.1, kept=np.array([2, 3, 4]), bottom=2, top=2)
+    assert len(profile_figure(made_hull(), dimensions).layout.annotations) == 2
+
+
+def test_the_annotated_frustum_stands_on_the_lower_end():
+    figure = profile_figure(made_hull(), made_dimensions(), truth_mm=(61.0, 98.0, 119.0))
+    truth = traces(figure)["annotated size, from the lower end up"]
+    assert list(truth.x) == [0, 30.5, 49, 0]
+    assert list(truth.y) == [50, 50, 169, 169]
+
+
+def test_scales_are_equal_and_the_widest_radius_is_inside():
+    layout = profile_figure(made_hull(), made_dimensions()).layout
+    assert layout.yaxis.scaleanchor == "x"
+    assert layout.xaxis.range == pytest.approx((0, 66))
+
+
+def test_failed_measures_leave_the_radii_without_ends_and_truth():
+    figure = profile_figure(made_hull(), Dimensions(reason="d_max is too small"), truth_mm=(61.0, 98.0, 119.0))
+    assert set(traces(figure)) == {"smoothed away", "fits no view"}
+    assert len(figure.layout.shapes) == 0
+
+
+def test_a_failed_hull_is_an_empty_figure():
+    figure = profile_figure(Hull.failed("no"), Dimensions(reason="no"), truth_mm=(61.0, 98.0, 119.0))
+    assert len(figure.data) == 0
+    assert list(figure.layout.xaxis.range) == pytest.approx([0, 1.1])

@@ -1,0 +1,87 @@
+import asyncio
+
+import cv2
+import numpy as np
+import plotly
+import pytest
+from starlette.applications import Starlette
+
+from corsmal.dataset import open_dataset
+from corsmal.ui.routes import DATASETS_MAX, routes, thumbnail_urls
+from tests.tiny import write_tiny_dataset
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture(scope="module")
+def dataset(tiny_dataset_root):
+    return open_dataset(tiny_dataset_root)
+
+
+def get(path):
+    """Ask the routes as a server would: status, headers and body."""
+    sent = []
+
+    async def receive():
+        return {"type": "http.request", "body": b"", "more_body": False}
+
+    async def send(message):
+        sent.append(message)
+
+    scope = {"type": "http", "method": "GET", "path": path, "query_string": b"", "headers": [], "http_version": "1.1"}
+    scope["asgi"] = {"version": "3.0", "spec_version": "2.4"}  # below 2.4 a reply waits for the browser to hang up
+    asyncio.run(Starlette(routes=routes())(scope, receive, send))
+    headers = {name.decode(): value.decode() for name, value in sent[0]["headers"]}
+    return sent[0]["status"], headers, b"".join(message.get("body", b"") for message in sent[1:])
+
+
+def test_thumbnails_of_a_dataset_that_a_page_showed_are_served(dataset):
+    urls = thumbnail_urls(dataset, ["000000", "000001"])
+    assert len(set(urls)) == 2
+    for url in urls:
+        status, headers, body = get(url)
+        assert (status, headers["content-type"]) == (200, "image/jpeg")
+        assert cv2.imdecode(np.frombuffer(body, np.uint8), cv2.IMREAD_COLOR).shape[1] == 160
+
+
+@pytest.mark.parametrize("name", ["000099", "..", "..%2f..%2fetc%2fpasswd", "000000.mp4", " ", "%00"])
+def test_a_recording_that_is_not_there_is_not_found(dataset, name):
+    [url] = thumbnail_urls(dataset, ["000000"])
+    status, _, body = get(url.replace("000000", name))
+    assert status == 404
+    assert b"/" not in body
+
+
+def test_a_dataset_that_no_page_showed_is_not_served(dataset):
+    [url] = thumbnail_urls(dataset, ["000000"])
+    assert get(url.replace(url.split("/")[2], "0" * 32))[0] == 404
+
+
+def test_a_recording_whose_video_is_broken_has_no_picture(tmp_path):
+    root = write_tiny_dataset(tmp_path / "set", recordings=1, frames=2)
+    (root / "view3" / "rgb" / "000000.mp4").write_bytes(b"no video")
+    [url] = thumbnail_urls(open_dataset(root), ["000000"])
+    status, _, body = get(url)
+    assert (status, body) == (404, b"no picture")
+
+
+def test_datasets_that_were_not_shown_for_long_are_forgotten(dataset, tmp_path):
+    root = write_tiny_dataset(tmp_path / "first", recordings=1, frames=2)
+    [first] = thumbnail_urls(open_dataset(root), ["000000"])
+    for number in range(DATASETS_MAX - 1):
+        other = tmp_path / f"set{number}"
+        (other / "audio").mkdir(parents=True)
+        (other / "audio" / "000001.wav").touch()
+        thumbnail_urls(open_dataset(other), ["000001"])
+    assert get(first)[0] == 200
+    thumbnail_urls(dataset, ["000000"])
+    assert get(first)[0] == 404
+
+
+def test_plotly_comes_from_this_machine():
+    status, headers, body = get(f"/corsmal/plotly-{plotly.__version__}.min.js")
+    assert (status, headers["content-type"].split(";")[0]) == (200, "text/javascript")
+    assert len(body) > 1_000_000
