@@ -18,6 +18,10 @@ METHOD_VIEWS = tuple(dict.fromkeys(view for pair in PAIRS for view in pair))
 """The views that the method looks at, in the order of its pairs."""
 
 
+COARSEST = 16
+"""The first frames to be inspected are so far apart: results are spread over the video from the start."""
+
+
 @dataclass(frozen=True, eq=False)
 class DetectionSet:
     """The detections of one recording, wherever they came from.
@@ -55,7 +59,7 @@ def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
         if found is not None:
             views[name] = found
             origins += [name, origin]
-            notes += [f"{name}: {problem}" for problem in found.problems]
+            notes += [f"{view.detections_path or name}: {problem}" for problem in found.problems]
     return DetectionSet(views, digest("detections", *origins), tuple(notes))
 
 
@@ -66,33 +70,34 @@ def detect_recording(
     store: Store,
     every: int = 1,
     progress: Callable[[int, int], None] | None = None,
+    kept: Callable[[], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> None:
     """Detect in the method's views and keep the results; frames that were inspected before are not inspected again.
 
-    With ``every`` above 1 the best frame is searched from coarse to fine: first every so many frames, then, halving
-    the step, the frames on both sides of each pair's best one so far.
+    The frames are gone through from coarse to fine: every sixteenth or so, then those between. With ``every`` above 1
+    that ends early, and only the frames beside each pair's best one so far are looked at more closely.
 
     Args:
         recording: views that lack a video, or have a detections file, are passed over.
         detector: such as ``MaskRCNNDetector``.
         store: where the results go, and where earlier ones are.
-        every: step of the coarse search; 1 inspects all frames.
+        every: step of the search for the best frame; 1 inspects all frames.
         progress: called with the numbers of frames done and wanted, over all views.
+        kept: called when more results can be read from the store.
         cancelled: asked between batches; true stops the work and keeps what was done.
 
     Raises:
         ArgumentError: ``every`` is not positive.
-        FileError: a video cannot be opened, or the results cannot be written.
+        FileError: a video cannot be opened, said after the other views are done; or the results cannot be written.
     """
     if every < 1:
         raise ArgumentError(f"every must be at least 1, got {every}")
-    views = [recording.views[name] for name in METHOD_VIEWS if name in recording.views]
-    works = [_ViewWork(view, detector, store) for view in views if view.detections_path is None]
+    works, broken = _openable(recording, detector, store)
     stop = cancelled or (lambda: False)
-    counts = [len(range(0, work.frame_count, every)) for work in works]
     levels = (every - 1).bit_length()
-    total = sum(counts) + len(works) * levels * 2 * len(PAIRS)
+    beside = 2 * len(PAIRS)
+    total = sum(len(range(0, work.frame_count, every)) + levels * beside for work in works)
     done = 0
 
     def report(more: int) -> None:
@@ -100,18 +105,46 @@ def detect_recording(
             progress(min(done + more, total), total)
 
     report(0)
-    for work, count in zip(works, counts, strict=True):
-        work.inspect(range(0, work.frame_count, every), report, stop)
-        done += count
+    seen: set[int] = set()
+    for step in _strides(every):
+        for work in works:
+            frames = [frame for frame in range(0, work.frame_count, step) if frame not in seen]
+            work.inspect(frames, report, stop)
+            done += len(frames)
+        seen.update(range(0, max((work.frame_count for work in works), default=0), step))
+        if kept is not None:
+            kept()
     for level in range(levels):
-        step = -(-every // 2 ** (level + 1))
-        frames = _beside_the_best(load_detections(recording, store=store), step)
-        for work in () if stop() else works:
+        frames = _beside_the_best(load_detections(recording, store=store), -(-every // 2 ** (level + 1)))
+        for work in works:
             work.inspect([frame for frame in frames if 0 <= frame < work.frame_count], report, stop)
-            done += 2 * len(PAIRS)
+            done += beside
+        if kept is not None:
+            kept()
     if not stop():
-        done = total
-        report(0)
+        report(total)
+    if broken is not None:
+        raise broken
+
+
+def _openable(recording: Recording, detector: Detector, store: Store) -> "tuple[list[_ViewWork], FileError | None]":
+    """The views to detect in, and the error of one whose video cannot be opened."""
+    works, broken = [], None
+    for name in METHOD_VIEWS:
+        view = recording.views.get(name)
+        if view is None or view.detections_path is not None:
+            continue
+        try:
+            works.append(_ViewWork(view, detector, store))
+        except FileError as error:
+            broken = error
+    return works, broken
+
+
+def _strides(every: int) -> list[int]:
+    """Steps between frames, each half of the one before, from about ``COARSEST`` down to ``every``."""
+    doublings = max(0, (COARSEST // every).bit_length() - 1)
+    return [every * 2**power for power in range(doublings, -1, -1)]
 
 
 def _beside_the_best(detections: DetectionSet, step: int) -> list[int]:
@@ -153,7 +186,7 @@ class _ViewWork:
                     cancelled=stop,
                 )
             by_frame = {**earlier, **found}
-            self._found = ViewDetections(by_frame, size=found.size, source=found.source, problems=found.problems)
+            self._found = ViewDetections(by_frame, size=found.size, source=found.source, problems=_unread(found))
             if not self._store.save_detections(self._key, self._found):
                 raise FileError(self._store.root, f"the detections could not be kept: {self._store.problems[-1]}")
         if self._found is not None:
@@ -190,6 +223,11 @@ def load_fit(
             centroid_m=hull.centroid_m,
         )
     return fit
+
+
+def _unread(found: ViewDetections) -> tuple[str, ...]:
+    """What was wrong with the video; that not all frames were inspected is no problem of it."""
+    return tuple(problem for problem in found.problems if "cannot be read" in problem)
 
 
 def _stored(view: View, store: Store) -> tuple[str, ViewDetections | None]:

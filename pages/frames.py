@@ -3,9 +3,9 @@
 import streamlit as st
 
 from corsmal.figures import score_figure
-from corsmal.ui import data, session, viewer
-from corsmal.ui.components import detection_job, guarded, notes
-from corsmal.ui.controls import pair_control
+from corsmal.ui import controls, data, session, viewer
+from corsmal.ui.components import guarded, notes
+from corsmal.ui.detecting import detection_job
 from corsmal.ui.linked_plot import linked_plot, plot_event
 
 st.title("Frames")
@@ -13,9 +13,9 @@ _, recording = session.opened()
 found = data.detections(recording)
 notes(found)
 detection_job(recording, found)
-pair, best = pair_control(recording)
 frames = viewer.longest_view(recording)
 session.keep_frame_within(frames)
+pair, best = controls.pair_control(recording)
 
 
 @st.fragment
@@ -25,17 +25,22 @@ def browse() -> None:
     current = session.choice().frame
     frame = viewer.stepped(best.frame or 0 if current is None else current, event, frames=frames)
     if event.click is not None or event.key is not None:
-        session.choose(frame=frame)
+        session.choose(frame=frame, settled=event.settled)
+    if best.scores:
+        viewer.score_line(best, frame, frames=frames)
+        linked_plot(
+            score_figure(best, frame=frame),
+            key="scores",
+            label=f"Scores of the frames of recording {recording.id}",
+            keys=viewer.KEYS,
+            height_px=320,
+            revision=recording.id,
+        )
+        st.caption("Click a frame, or step with ← → (one), Page Up and Page Down (ten), Home and End.")
+    else:
+        frame = controls.frame_control(best, frames=frames)
+    if event.settled:
         session.write_address()
-    viewer.score_line(best, frame)
-    linked_plot(
-        score_figure(best, frame=frame),
-        key="scores",
-        label=f"Scores of the frames of recording {recording.id}",
-        keys=viewer.KEYS,
-        height_px=320,
-        revision=recording.id,
-    )
     viewer.view_pictures(recording, frame=frame, best=best)
 
 

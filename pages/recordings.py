@@ -15,7 +15,7 @@ COLUMNS = {
     "width_bottom_mm": st.column_config.NumberColumn("bottom (mm)", format="%.0f"),
     "height_mm": st.column_config.NumberColumn("height (mm)", format="%.0f"),
     "container_mass_g": st.column_config.NumberColumn("mass (g)", format="%.0f"),
-    "missing": st.column_config.TextColumn("missing", width="large"),
+    "missing": st.column_config.TextColumn("missing", width="medium"),
 }
 
 st.title("Recordings")

@@ -4,7 +4,8 @@ import streamlit as st
 
 from corsmal.figures import hull_figure, profile_figure
 from corsmal.ui import controls, data, session, viewer
-from corsmal.ui.components import detection_job, guarded, hull_downloads, measures, notes, reprojection
+from corsmal.ui.components import guarded, hull_downloads, measures, notes, reprojection
+from corsmal.ui.detecting import detection_job
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.tables import truth, truth_profile_mm
 

@@ -32,7 +32,7 @@ def profile_figure(
     layout = plain_layout(
         shapes=[_across(height_mm) for height_mm in marks.values()],
         annotations=[_caption(text, height_mm) for text, height_mm in marks.items()],
-        xaxis=axis("radius (mm)", range=[0, 1.1 * float(hull.radii_mm.max(initial=1.0))]),
+        xaxis=axis("radius (mm)", range=[0, 1.1 * float(hull.radii_mm.max(initial=1.0))], constrain="domain"),
         yaxis=axis("height z above the table (mm)", scaleanchor="x"),
     )
     return go.Figure(traces, layout)

@@ -1,12 +1,13 @@
 """Pieces of pages: measures beside the truth, problems, the detection job."""
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 
 import streamlit as st
 
-from corsmal.batch import DetectionSet, detect_recording
+from corsmal.batch import DetectionSet
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError
 from corsmal.estimation import Fit
@@ -14,7 +15,6 @@ from corsmal.figures import reprojection_figure
 from corsmal.parameters import CentreRule
 from corsmal.shape import MESH_FORMATS, export_mesh, profile_table
 from corsmal.ui import data
-from corsmal.ui.jobs import Job
 from corsmal.ui.linked_plot import linked_plot
 
 QUANTITIES = {
@@ -31,13 +31,22 @@ def guarded() -> Iterator[None]:
     try:
         yield
     except CorsmalError as error:
-        st.error(str(error), icon=":material/error:")
+        st.error(plain(str(error)), icon=":material/error:")
+
+
+def plain(text: str) -> str:
+    """Text for a place that reads Markdown: names of files and what stood in an address are shown as they are."""
+    return re.sub(r"([\\`*_{}\[\]()<>#+!|$:~&-])", r"\\\1", text)
 
 
 def measures(fit: Fit, *, truth: Mapping[str, float]) -> None:
     """The four quantities of a fit, each with its error against the annotation."""
     if not fit.ok:
-        st.error(f"The fit failed: {fit.dimensions.reason}.", icon=":material/error:")
+        st.error(
+            plain(f"The fit of {' + '.join(fit.pair)} in frame {fit.frame} failed: {fit.dimensions.reason}.")
+            + " Try another frame or the other pair.",
+            icon=":material/error:",
+        )
         return
     for column, (name, (label, unit)) in zip(st.columns(4), QUANTITIES.items(), strict=True):
         value = getattr(fit.dimensions, name)
@@ -50,9 +59,9 @@ def notes(found: DetectionSet) -> None:
     """Where the detections come from, and what is wrong with them."""
     sources = sorted({view.source for view in found.views.values()})
     if sources:
-        st.caption(f":material/center_focus_strong: Detections: {'; '.join(sources)}")
+        st.caption(f":material/center_focus_strong: Detections: {plain('; '.join(sources))}")
     for note in found.notes:
-        st.warning(note, icon=":material/warning:")
+        st.warning(plain(note), icon=":material/warning:")
 
 
 def reprojection(
@@ -64,7 +73,8 @@ def reprojection(
     image = data.frame_image(recording, view=view, frame=frame)
     camera = data.cameras(recording).get(view)
     if mask is None or camera is None:
-        st.caption("no mask in this frame" if mask is None else "no calibration")
+        st.image(data.frame_picture(recording, view=view, frame=frame, centre_rule=centre_rule))
+        st.caption("no mask in this frame" if mask is None else "no calibration: nothing can be projected")
         return
     linked_plot(
         reprojection_figure(image, mask, camera, fit.hull, points=points),
@@ -77,6 +87,8 @@ def reprojection(
 
 def hull_downloads(recording: Recording, fit: Fit) -> None:
     """Buttons for the hull as a mesh and as a table."""
+    if not fit.hull.ok:
+        return
     name = f"{recording.id}_{'-'.join(fit.pair)}_frame{fit.frame}"
     columns = st.columns(len(MESH_FORMATS) + 1)
     for column, file_format in zip(columns, MESH_FORMATS, strict=False):
@@ -95,54 +107,5 @@ def hull_downloads(recording: Recording, fit: Fit) -> None:
         f"{name}_profile.csv",
         icon=":material/download:",
         on_click="ignore",
-        disabled=not fit.hull.ok,
         width="stretch",
     )
-
-
-def detection_job(recording: Recording, found: DetectionSet) -> None:
-    """Offer to detect in the views that have no detections, or show how far the job is."""
-    key = f"detect {data.recording_key(recording)}"
-    job = data.jobs().get(key)
-    if job is not None and job.active:
-        _watch(key)
-        return
-    if job is not None and job.state == "failed":
-        st.error(job.problem, icon=":material/error:")
-    # a view whose file could not be used is not detected in: the notes say what is wrong with the file
-    lacking = [
-        name for name in found.missing if name in recording.views and recording.views[name].detections_path is None
-    ]
-    if not lacking:
-        return
-    st.info(
-        f"{', '.join(lacking)}: no detections yet. Mask R-CNN can look for containers in every frame; or put COCO "
-        f"results in `{lacking[0]}/detections/{recording.id}.json`.",
-        icon=":material/search:",
-    )
-    if st.button("Detect with Mask R-CNN", type="primary", icon=":material/play_arrow:"):
-        data.jobs().start(key, "Detecting containers", lambda job: _detect(job, recording))
-        st.rerun()
-
-
-@st.fragment(run_every=0.5)
-def _watch(key: str) -> None:
-    job = data.jobs().get(key)
-    if job is None or not job.active:
-        data.forget_detections()
-        st.rerun()
-        return
-    left = job.seconds_left
-    time_left = (
-        "" if left is None else f", about {left:.0f} s left" if left < 90 else f", about {left / 60:.0f} min left"
-    )
-    text = f"{job.label}: {job.done} of {job.total} frames{time_left}" if job.total else f"{job.label}: loading weights"
-    st.progress(job.done / job.total if job.total else 0.0, text=text)
-    st.button("Stop", on_click=job.cancel, help="What was done is kept.", icon=":material/stop:")
-
-
-def _detect(job: Job, recording: Recording) -> None:
-    from corsmal.detection import MaskRCNNDetector  # noqa: PLC0415 - PyTorch takes seconds to import
-
-    detector = MaskRCNNDetector()
-    detect_recording(recording, detector, store=data.store(), progress=job.advance, cancelled=job.cancelled)

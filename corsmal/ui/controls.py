@@ -28,22 +28,23 @@ QUIET = {
 
 
 def pair_control(recording: Recording) -> tuple[Pair, BestFrame]:
-    """Choose the pair of views; at first the first pair that has a best frame.
+    """Choose the pair of views; at first the one that the estimate takes.
 
     Returns:
         The pair and its best frame.
     """
     selections = {pair: data.best_frame(recording, pair=pair) for pair in PAIRS}
-    automatic = next((pair for pair, best in selections.items() if best.ok), PAIRS[0])
+    automatic = data.estimated_pair(recording)
     st.session_state["pair_control"] = session.choice().pair or automatic
     st.segmented_control(
         "Pair of views",
         PAIRS,
         key="pair_control",
         required=True,
-        format_func=lambda pair: f"{pair[0]} + {pair[1]}" + ("" if selections[pair].ok else " (no container)"),
+        format_func=lambda pair: f"{pair[0]} + {pair[1]}" + ("" if selections[pair].ok else " (none)"),
         on_change=lambda: session.choose(pair=st.session_state["pair_control"]),
-        help="The method tries the frontal view with the left one first, then with the right one.",
+        help="The method tries the frontal view with the left one first, then with the right one. (none): no frame "
+        "in which both views show a container.",
     )
     pair = session.choice().pair or automatic
     return pair, selections[pair]
@@ -65,7 +66,8 @@ def frame_control(best: BestFrame, *, frames: int) -> int:
         0,
         frames - 1,
         key="frame_control",
-        on_change=lambda: session.choose(frame=int(st.session_state["frame_control"])),
+        on_change=_frame_chosen,
+        args=(frame,),
     )
     right.button(
         f"Best: {automatic}" if best.ok else "No best frame",
@@ -169,6 +171,13 @@ def _height_range(value: HeightRange) -> None:
         column.number_input(
             label, -HEIGHT_LIMIT_MM, HEIGHT_LIMIT_MM, step=5.0, key=f"shape_{part}", on_change=_height_changed
         )
+
+
+def _frame_chosen(shown: int) -> None:
+    """Take over a typed frame; a browser may also send what an input showed that is gone by now."""
+    frame = st.session_state.get("frame_control")
+    if frame is not None and frame != shown:
+        session.choose(frame=int(frame))
 
 
 def _preset_chosen() -> None:

@@ -12,10 +12,10 @@ from corsmal.batch import METHOD_VIEWS, DetectionSet, load_detections, load_fit
 from corsmal.dataset import Audio, Dataset, Recording, Video, open_dataset
 from corsmal.detection import filter_detections
 from corsmal.errors import CorsmalError, NotFoundError
-from corsmal.estimation import Fit, container_mask, fit_frame
+from corsmal.estimation import Estimate, Fit, container_mask, estimate, fit_frame
 from corsmal.figures import draw_detections, jpeg
 from corsmal.geometry import Camera
-from corsmal.parameters import CentreRule, SelectionParameters, ShapeParameters
+from corsmal.parameters import PAIRS, CentreRule, SelectionParameters, ShapeParameters
 from corsmal.selection import BestFrame, Pair, select_best_frame
 from corsmal.store import Store, digest, file_fingerprint
 from corsmal.ui import media
@@ -67,6 +67,13 @@ def best_frame(recording: Recording, *, pair: Pair) -> BestFrame:
     """The best frame of a pair, with all scores."""
     found = detections(recording)
     return _best_frame(found.key, pair, _detections=found)
+
+
+def estimated_pair(recording: Recording) -> Pair:
+    """The pair of views that the estimate takes; the first pair where it finds none."""
+    found = detections(recording)
+    result = _estimate(recording_key(recording), found.key, _recording=recording, _detections=found)
+    return PAIRS[0] if result.best_frame is None else result.best_frame.pair
 
 
 def frame_image(recording: Recording, *, view: str, frame: int) -> NDArray[np.uint8]:
@@ -175,6 +182,12 @@ def _detections(key: str, *, _recording: Recording) -> DetectionSet:
 def _best_frame(key: str, pair: Pair, *, _detections: DetectionSet) -> BestFrame:
     del key
     return select_best_frame(_detections.views, pair=pair)
+
+
+@st.cache_resource(max_entries=64, show_spinner=False)
+def _estimate(key: str, detections_key: str, *, _recording: Recording, _detections: DetectionSet) -> Estimate:
+    del key, detections_key
+    return estimate(_recording, detections=_detections.views)
 
 
 @st.cache_resource(max_entries=24, show_spinner=False)

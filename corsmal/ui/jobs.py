@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 
 from corsmal.errors import CorsmalError
 
+WORKERS = 2
+"""The demo is made beside a detection, not before it."""
+
 
 @dataclass
 class Job:
@@ -19,6 +22,7 @@ class Job:
         total: how many there are; 0 while unknown.
         state: ``waiting``, ``running``, ``done``, ``cancelled`` or ``failed``.
         problem: why it failed, one sentence.
+        results: how many times the work has kept more results.
     """
 
     label: str
@@ -26,12 +30,17 @@ class Job:
     total: int = 0
     state: str = "waiting"
     problem: str = ""
+    results: int = 0
     started_s: float = field(default_factory=time.monotonic)
     _cancel: threading.Event = field(default_factory=threading.Event)
 
     def advance(self, done: int, total: int) -> None:
         """Say how far the work is."""
         self.done, self.total = done, total
+
+    def keep(self) -> None:
+        """Say that there are more results to be looked at."""
+        self.results += 1
 
     def cancel(self) -> None:
         """Ask the work to stop; what was done is kept."""
@@ -47,6 +56,11 @@ class Job:
         return self.state in ("waiting", "running")
 
     @property
+    def fraction(self) -> float:
+        """Done of total, 0..1."""
+        return self.done / self.total if self.total else 0.0
+
+    @property
     def seconds_left(self) -> float | None:
         """At the rate so far; None before the first step."""
         if not self.done or not self.total:
@@ -54,11 +68,23 @@ class Job:
         return (time.monotonic() - self.started_s) / self.done * (self.total - self.done)
 
 
+def progress_text(job: Job, unit: str) -> str:
+    """What a job does, how far it is and how long it will take."""
+    if not job.total:
+        return f"{job.label} …"
+    left = job.seconds_left
+    if left is None:
+        time_left = ""
+    else:
+        time_left = f", about {left:.0f} s left" if left < 90 else f", about {left / 60:.0f} min left"
+    return f"{job.label}: {job.done} of {job.total} {unit}{time_left}"
+
+
 class Jobs:
-    """Runs jobs one after the other and remembers the last one of each key."""
+    """Runs jobs, two at a time, and remembers the last one of each key."""
 
     def __init__(self) -> None:
-        self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="corsmal-job")
+        self._executor = ThreadPoolExecutor(max_workers=WORKERS, thread_name_prefix="corsmal-job")
         self._jobs: dict[str, Job] = {}
         self._lock = threading.Lock()
 

@@ -10,11 +10,13 @@ import streamlit as st
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.errors import CorsmalError
-from corsmal.ui import data
+from corsmal.ui import data, demo
+from corsmal.ui.components import plain
 from corsmal.ui.tables import most_complete, recording_labels
 from corsmal.ui.url import Choice, from_params, to_params
 
 CHOICE, WRITTEN, PROBLEMS, FOLDER, PICKER = "choice", "url_written", "url_problems", "data_folder", "picker"
+FOLDER_PROBLEM = "folder_problem"
 
 
 def begin() -> None:
@@ -70,13 +72,12 @@ def write_address() -> None:
 
 def dataset() -> Dataset | None:
     """The dataset of the chosen folder; None, said in the sidebar, where there is none."""
-    folder = st.session_state.get(FOLDER, "").strip()
-    if not folder:
+    if not folder() or (demo.is_demo(folder()) and not demo.is_ready()):
         return None
     try:
-        return data.dataset(folder)
+        return data.dataset(folder())
     except CorsmalError as error:
-        st.session_state["folder_problem"] = str(error)
+        st.session_state[FOLDER_PROBLEM] = str(error)
         return None
 
 
@@ -91,10 +92,15 @@ def opened() -> tuple[Dataset, Recording]:
 
 
 def default_folder() -> str:
-    """The folder given on the command line, ``streamlit run app.py -- --data DIR``, else by ``CORSMAL_DATA``."""
+    """The folder of ``streamlit run app.py -- --data DIR``, else of ``CORSMAL_DATA``, else the demo's."""
     parser = argparse.ArgumentParser(add_help=False)
-    parser.add_argument("--data", default=os.environ.get("CORSMAL_DATA", ""))
-    return str(parser.parse_known_args(sys.argv[1:])[0].data)
+    parser.add_argument("--data", default=os.environ.get("CORSMAL_DATA"))
+    return str(parser.parse_known_args(sys.argv[1:])[0].data or demo.demo_folder())
+
+
+def folder() -> str:
+    """The dataset folder that this session looks at."""
+    return str(st.session_state.get(FOLDER, "")).strip()
 
 
 def _read_address() -> None:
@@ -109,7 +115,7 @@ def _add_problem(problem: str) -> None:
 
 
 def _show_problem(problem: str) -> None:
-    st.warning(problem, icon=":material/link_off:")
+    st.warning(plain(problem), icon=":material/link_off:")
 
 
 def _folder_input() -> None:
@@ -122,10 +128,18 @@ def _folder_input() -> None:
         placeholder="/data/corsmal/train",
         help="A folder with view1, view2, view3, audio and an annotation, as the dataset is published.",
     )
-    st.session_state.pop("folder_problem", None)
+    if demo.is_demo(folder()):
+        demo.make_demo()
+    else:
+        st.button("Open the demo", on_click=_open_demo, icon=":material/science:", width="stretch")
+    st.session_state.pop(FOLDER_PROBLEM, None)
     dataset()
-    if problem := st.session_state.get("folder_problem"):
-        st.error(problem, icon=":material/folder_off:")
+    if problem := st.session_state.get(FOLDER_PROBLEM):
+        st.error(plain(problem), icon=":material/folder_off:")
+
+
+def _open_demo() -> None:
+    st.session_state[FOLDER] = str(demo.demo_folder())
 
 
 def _recording_picker(found: Dataset) -> None:
@@ -140,7 +154,7 @@ def _recording_picker(found: Dataset) -> None:
     labels = recording_labels(found.table)
     st.selectbox("Recording", ids, key=PICKER, format_func=labels.__getitem__, on_change=_picked)
     for problem in found.problems:
-        st.caption(f":material/info: {problem}")
+        st.caption(f":material/info: {plain(problem)}")
 
 
 def _picked() -> None:
@@ -148,6 +162,11 @@ def _picked() -> None:
 
 
 def _nothing_to_show() -> None:
+    if demo.is_demo(folder()):
+        st.info("The first recording of the demo is being made: a few seconds.", icon=":material/hourglass_top:")
+        return
+    if problem := st.session_state.get(FOLDER_PROBLEM):
+        st.error(plain(problem), icon=":material/folder_off:")
     st.info(
         "Name a dataset folder in the sidebar to begin: a folder with `view1`, `view2`, `view3` (each with `rgb` and "
         "`calib`), `audio` and an annotation. It can also be given as `streamlit run app.py -- --data DIR`, or in the "

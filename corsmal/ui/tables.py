@@ -43,7 +43,7 @@ def recordings_table(table: pd.DataFrame) -> pd.DataFrame:
     shown = table[["container", "kind", "filling", "level"]].astype("string").fillna(UNKNOWN)
     shown["scenario"] = table["scenario"].map(SCENARIOS).astype("string").fillna(UNKNOWN)
     numbers = ["capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm", "container_mass_g"]
-    return shown.join(table[[*numbers, "missing"]])
+    return shown.join(table[["missing", *numbers]])
 
 
 def filter_table(shown: pd.DataFrame, *, chosen: Mapping[str, Iterable[str]], lacks: str | None = None) -> pd.DataFrame:
@@ -75,10 +75,10 @@ def detections_table(detections: Detections, *, centre_rule: CentreRule) -> pd.D
     ]
     return pd.DataFrame(
         {
+            "verdict": verdicts,
             "class": [class_name(int(label)) for label in detections.labels],
             "score": detections.scores,
             "mask (px)": detections.mask_areas,
-            "verdict": verdicts,
         },
         index=pd.RangeIndex(1, len(detections) + 1, name="no."),
     )

@@ -41,15 +41,20 @@ def longest_view(recording: Recording) -> int:
     return max(counts)
 
 
-def score_line(best: BestFrame, frame: int) -> None:
+def score_line(best: BestFrame, frame: int, *, frames: int) -> None:
     """Where the best frame is and by which rule, and what the frame that is looked at scores."""
     left, middle, right = st.columns(3)
     pair = " + ".join(best.pair)
+    inspected = f"{len(best.scores)} of {frames} frames inspected"
     if best.score is None:
-        left.error(f"{pair}: {best.reason}.", icon=":material/error:")
+        left.error(f"{pair}: {best.reason}; {inspected}.", icon=":material/error:")
     else:
         left.metric(
-            f"Best frame of {pair}", best.frame, f"score {best.score.total:,} px", delta_color="off", delta_arrow="off"
+            f"Best frame of {pair}",
+            best.frame,
+            f"score {best.score.total:,} px, {inspected}",
+            delta_color="off",
+            delta_arrow="off",
         )
     middle.metric("Centre rule", best.centre_rule, RULES[best.centre_rule], delta_color="off", delta_arrow="off")
     score = next((item for item in best.scores if item.frame == frame), None)
@@ -89,6 +94,6 @@ def view_pictures(recording: Recording, *, frame: int, best: BestFrame) -> None:
                     detections_table(detections[frame], centre_rule=best.centre_rule),
                     column_config={
                         "score": st.column_config.NumberColumn(format="%.2f"),
-                        "verdict": st.column_config.TextColumn(width="large"),
+                        "verdict": st.column_config.TextColumn(width="medium"),
                     },
                 )

@@ -98,7 +98,7 @@ class PlotEvent:
         values: values of range inputs by name: from ``plot_event`` those that the user moved, likewise; from
             ``linked_plot`` all of them.
         shapes: all shapes of the figure when the user moved one, likewise.
-        settled: False while a range input is being dragged: more is coming, so keep slow work for later.
+        settled: False while a range input is being dragged or a key is held: more is coming, keep slow work for later.
     """
 
     click: Click | None = None

@@ -50,8 +50,12 @@ class LinkedPlot {
     this.pendingKeys = [];
     this.drawn = ""; // the figure, its size and its colours, as last given to Plotly
     this.queue = Promise.resolve();
+    this.keyHeld = false;
     this.onKey = (event) => this.pressKey(event);
+    this.onRelease = () => this.releaseKeys();
     document.addEventListener("keydown", this.onKey);
+    document.addEventListener("keyup", this.onRelease);
+    window.addEventListener("blur", this.onRelease);
     const fit = () => this.ready && this.figure.clientWidth > 0 && window.Plotly.Plots.resize(this.figure);
     this.resizer = new ResizeObserver(fit);
     this.resizer.observe(this.figure);
@@ -59,6 +63,8 @@ class LinkedPlot {
 
   remove() {
     document.removeEventListener("keydown", this.onKey);
+    document.removeEventListener("keyup", this.onRelease);
+    window.removeEventListener("blur", this.onRelease);
     this.resizer.disconnect();
     clearTimeout(this.timer);
     if (this.ready) window.Plotly.purge(this.figure);
@@ -169,7 +175,14 @@ class LinkedPlot {
     const last = this.pendingKeys.at(-1);
     if (last?.key === event.key) last.count += 1;
     else this.pendingKeys.push({ key: event.key, count: 1 });
-    this.flush();
+    this.keyHeld = true;
+    this.report({ settled: false });
+  }
+
+  releaseKeys() {
+    if (!this.keyHeld) return;
+    this.keyHeld = false;
+    this.report({ settled: true });
   }
 
   updateSliders() {

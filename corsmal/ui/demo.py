@@ -1,0 +1,65 @@
+"""The built-in demo: made in the background on the first start, and shown while no other folder is named."""
+
+from pathlib import Path
+
+import streamlit as st
+
+from corsmal.demo.writing import ANNOTATION_FILE, DemoProgress, write_demo
+from corsmal.ui import data
+from corsmal.ui.components import plain
+from corsmal.ui.jobs import Job, progress_text
+
+KEY = "demo"
+STEPS = 100
+
+
+def demo_folder() -> Path:
+    """Where the demo is, or is to be."""
+    return data.store().root.resolve() / "demo"
+
+
+def is_demo(folder: str) -> bool:
+    """Whether a folder is the built-in demo's."""
+    return Path(folder) == demo_folder()
+
+
+def is_ready() -> bool:
+    """Whether the demo has a first recording."""
+    return (demo_folder() / ANNOTATION_FILE).is_file()
+
+
+def make_demo() -> None:
+    """Make the demo, or finish one that was stopped half-way; show how far it is, and say that it is synthetic."""
+    st.info("The built-in demo: **synthetic** people, containers and sounds.", icon=":material/science:")
+    if data.jobs().get(KEY) is None:
+        _start()
+    job = data.jobs().get(KEY)
+    if job is None or job.active:
+        _watch()
+    elif job.state == "failed":
+        st.error(plain(job.problem), icon=":material/error:")
+        st.button("Try again", on_click=_start)
+
+
+def _start() -> None:
+    data.jobs().start(KEY, "Making the demo", _work)
+
+
+@st.fragment(run_every=1.0)
+def _watch() -> None:
+    """Follow the job; the app is run again when it ends, and when there are more recordings to show."""
+    job = data.jobs().get(KEY)
+    shown = st.session_state.setdefault("demo_shown", job.results if job else 0)
+    if job is None or not job.active or (job.results and not shown):
+        st.session_state["demo_shown"] = job.results if job else 0
+        st.rerun()
+    st.progress(job.fraction, text=progress_text(job, "%"))
+
+
+def _work(job: Job) -> None:
+    def report(progress: DemoProgress) -> None:
+        job.label = f"Making the demo, {progress.done} of {progress.total} recordings"
+        job.advance(round(STEPS * progress.fraction), STEPS)
+        job.results = progress.done
+
+    write_demo(demo_folder(), progress=report, cancelled=job.cancelled)

@@ -1,0 +1,98 @@
+"""Detecting in a recording: choose a detector, start it, watch it."""
+
+import streamlit as st
+
+from corsmal.batch import METHOD_VIEWS, DetectionSet, detect_recording
+from corsmal.dataset import Recording
+from corsmal.demo import DETECTOR_WEIGHTS
+from corsmal.errors import CorsmalError
+from corsmal.ui import data, session
+from corsmal.ui.components import plain
+from corsmal.ui.demo import is_demo
+from corsmal.ui.jobs import Job, progress_text
+
+DETECTORS = {"coco": "Mask R-CNN, COCO weights", "demo": "small Mask R-CNN of the demo"}
+SEARCH_STEP = 10
+
+
+def detection_job(recording: Recording, found: DetectionSet) -> None:
+    """Offer to detect where frames have not been inspected yet, or show how far the job is."""
+    key = f"detect {data.recording_key(recording)}"
+    job = data.jobs().get(key)
+    if job is not None and job.active:
+        _watch(key)
+        return
+    if job is not None and job.state == "failed":
+        st.error(plain(job.problem), icon=":material/error:")
+    open_views = _uninspected(recording, found)
+    if not open_views:
+        return
+    if any(name not in found.views for name in open_views):
+        st.info(
+            f"No detections yet in {', '.join(open_views)}. A detector can look for containers there; or put COCO "
+            f"results in `{open_views[0]}/detections/{recording.id}.json`.",
+            icon=":material/search:",
+        )
+    left, middle, right = st.columns([2, 1, 1], vertical_alignment="bottom")
+    detector = left.selectbox(
+        "Detector",
+        list(DETECTORS),
+        index=list(DETECTORS).index("demo" if is_demo(session.folder()) else "coco"),
+        key="detector",
+        format_func=DETECTORS.__getitem__,
+    )
+    searches = middle.button(
+        "Find the best frame",
+        type="primary",
+        icon=":material/search:",
+        help=f"Every {SEARCH_STEP}th frame, then from coarse to fine around the best.",
+        width="stretch",
+    )
+    inspects_all = right.button("Inspect all frames", icon=":material/select_all:", width="stretch")
+    if searches or inspects_all:
+        every = 1 if inspects_all else SEARCH_STEP
+        data.jobs().start(key, "Detecting containers", lambda job: _detect(job, recording, detector, every))
+        st.rerun()
+
+
+def _uninspected(recording: Recording, found: DetectionSet) -> list[str]:
+    """Views of the method with frames that a detector could still look at; a view with a file of its own is done."""
+    names = []
+    for name in METHOD_VIEWS:
+        view = recording.views.get(name)
+        if view is None or view.detections_path is not None:
+            continue
+        try:
+            count = data.frame_count(recording, view=name)
+        except CorsmalError:
+            continue
+        if len(found.views.get(name, ())) < count:
+            names.append(name)
+    return names
+
+
+@st.fragment(run_every=0.5)
+def _watch(key: str) -> None:
+    job = data.jobs().get(key)
+    shown = st.session_state.get(f"{key} shown", 0)
+    if job is None or not job.active or job.results != shown:
+        st.session_state[f"{key} shown"] = 0 if job is None or not job.active else job.results
+        data.forget_detections()
+        st.rerun()
+    st.progress(job.fraction, text=progress_text(job, "frames"))
+    st.button("Stop", on_click=job.cancel, help="What was done is kept.", icon=":material/stop:")
+
+
+def _detect(job: Job, recording: Recording, name: str, every: int) -> None:
+    from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415 - PyTorch takes seconds to import
+
+    detector = SmallDetector(DETECTOR_WEIGHTS) if name == "demo" else MaskRCNNDetector()
+    detect_recording(
+        recording,
+        detector,
+        store=data.store(),
+        every=every,
+        progress=job.advance,
+        kept=job.keep,
+        cancelled=job.cancelled,
+    )
