@@ -72,6 +72,26 @@ def detect(
         raise typer.Exit(1)
 
 
+@app.command()
+def budget(root: Root) -> None:
+    """Show which stage of the geometry loses what, on a demo whose containers were detected."""
+    from corsmal.batch import load_detections  # noqa: PLC0415
+    from corsmal.dataset import open_dataset  # noqa: PLC0415
+    from corsmal.demo.budget import budget_table, geometry_budget, score_against_error  # noqa: PLC0415
+    from corsmal.store import Store  # noqa: PLC0415
+
+    dataset, store = open_dataset(root), Store()
+    with progress_bar("recordings") as progress:
+        rows = geometry_budget(
+            dataset, lambda recording: load_detections(recording, store=store).views, progress=progress
+        )
+    typer.echo("MAPE in %, preset paper")
+    typer.echo(budget_table(rows).round(1).to_string())
+    scores = score_against_error(dataset)
+    correlation = scores["rank"].corr(scores["error_rank"])
+    typer.echo(f"View Score against error of a frame, rank correlation within recordings: {correlation:+.2f}")
+
+
 @train.command("detector")
 def train_detector_command(
     folder: Annotated[Path, typer.Argument(help="Gets checkpoints, logs and weights; an earlier run there goes on.")],

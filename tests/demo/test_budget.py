@@ -1,0 +1,45 @@
+import pytest
+
+from corsmal.dataset import open_dataset
+from corsmal.demo.budget import WAYS, budget_table, errors_pct, geometry_budget, score_against_error, true_views
+from corsmal.demo.writing import write_demo
+from corsmal.estimation import QUANTITIES
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory):
+    root = tmp_path_factory.mktemp("budget") / "demo"
+    write_demo(root, containers=(1,), recordings_per_container=1, size=(320, 180), workers=0)
+    return open_dataset(root)
+
+
+def test_detections_as_good_as_the_truth_lose_nothing(dataset):
+    budget = geometry_budget(dataset, lambda recording: true_views(dataset, recording))
+    assert list(budget["way"]) == list(WAYS)
+    assert (budget["status"] == "fitted").all()
+    assert (budget[list(QUANTITIES)].nunique() == 1).all()
+    assert (budget["capacity_ml"] < 60).all()
+
+
+def test_recordings_without_detections_are_counted_and_in_no_mean(dataset):
+    table = budget_table(geometry_budget(dataset, lambda recording: {}))
+    assert table.loc[("red cup", WAYS[0]), "failed"] == 0
+    assert table.loc[("red cup", WAYS[1]), "failed"] == 1
+    assert table.loc[("red cup", WAYS[1]), list(QUANTITIES)].isna().all()
+    assert table.loc[("average", WAYS[0]), "height_mm"] == table.loc[("red cup", WAYS[0]), "height_mm"]
+
+
+def test_errors_by_hand(dataset):
+    # the red cup holds 520 mL and is 98, 61 and 119 mm
+    errors = errors_pct(dataset["000000"], [260.0, 98.0, None, 130.9])
+    assert errors["capacity_ml"] == pytest.approx(50)
+    assert errors["width_top_mm"] == 0
+    assert errors["height_mm"] == pytest.approx(10)
+    assert errors["width_bottom_mm"] != errors["width_bottom_mm"]
+
+
+def test_scores_stand_beside_errors(dataset):
+    table = score_against_error(dataset, step=20)
+    assert len(table) > 3
+    assert (table["score"] > 0).all()
+    assert table["rank"].between(0, 1).all()
