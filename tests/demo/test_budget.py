@@ -22,7 +22,7 @@ def test_detections_as_good_as_the_truth_lose_nothing(dataset):
 
 
 def test_recordings_without_detections_are_counted_and_in_no_mean(dataset):
-    table = budget_table(geometry_budget(dataset, lambda recording: {}))
+    table = budget_table(geometry_budget(dataset, lambda _: {}))
     assert table.loc[("red cup", WAYS[0]), "failed"] == 0
     assert table.loc[("red cup", WAYS[1]), "failed"] == 1
     assert table.loc[("red cup", WAYS[1]), list(QUANTITIES)].isna().all()
@@ -39,7 +39,7 @@ def test_errors_by_hand(dataset):
 
 
 def test_scores_stand_beside_errors(dataset):
-    table = score_against_error(dataset, step=20)
+    table = score_against_error(dataset, step=4)
     assert len(table) > 3
     assert (table["score"] > 0).all()
     assert table["rank"].between(0, 1).all()
