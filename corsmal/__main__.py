@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
 from corsmal.errors import CorsmalError
 
@@ -66,7 +67,7 @@ def detect(
                 detect_recording(recording, detector, store=store, every=every, progress=progress)
         except CorsmalError as error:
             failed += 1
-            console.print(f"[red]{recording.id}:[/red] {error}")
+            complain(recording.id, error)
     if failed:
         console.print(f"{failed} of {len(recordings)} recordings failed.")
         raise typer.Exit(1)
@@ -95,15 +96,22 @@ def budget(root: Root) -> None:
 @train.command("detector")
 def train_detector_command(
     folder: Annotated[Path, typer.Argument(help="Gets checkpoints, logs and weights; an earlier run there goes on.")],
+    *,
     steps: Annotated[int, typer.Option(help="Optimiser steps, a second or less each on two cores.", min=1)] = 4000,
     batch: Annotated[int, typer.Option(help="Frames per step.", min=1)] = 8,
+    rate: Annotated[float, typer.Option(help="Highest learning rate.", min=0)] = 1.5e-3,
+    whole: Annotated[float, typer.Option(help="Share of the steps on whole frames.", min=0, max=1)] = 0.25,
     seed: Annotated[int, typer.Option(help="Of the scenes.", min=0)] = 0,
+    init: Annotated[Path | None, typer.Option(help="Weights to begin with; default: random ones.")] = None,
 ) -> None:
     """Train the demo's detector on rendered frames."""
     from corsmal.demo.training import DetectorTraining, train_detector  # noqa: PLC0415
 
-    path = train_detector(folder, DetectorTraining(steps=steps, batch=batch, seed=seed))
-    console.print(f"Weights: {path}")
+    settings = DetectorTraining(
+        steps=steps, batch=batch, rate=rate, whole=whole, seed=seed, warm_up=min(200, max(1, steps // 20))
+    )
+    path = train_detector(folder, settings, init=init)
+    console.print(Text(f"Weights: {path}"), soft_wrap=True)
 
 
 def make_detector(weights: Path | None, *, is_demo: bool) -> "Detector":
@@ -117,10 +125,15 @@ def make_detector(weights: Path | None, *, is_demo: bool) -> "Detector":
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
     """A bar with the time left; yields what to call with the numbers done and wanted."""
-    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console) as progress:
         task = progress.add_task(what, total=None)
         yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+def complain(what: str, error: CorsmalError) -> None:
+    """Print an error's sentence on one line; brackets in the names of files are no markup."""
+    console.print(Text.assemble((f"{what}:", "red"), f" {error}"), soft_wrap=True)
 
 
 def main() -> None:
@@ -128,7 +141,7 @@ def main() -> None:
     try:
         app()
     except CorsmalError as error:
-        console.print(f"[red]Error:[/red] {error}")
+        complain("Error", error)
         sys.exit(1)
 
 

@@ -45,7 +45,7 @@ class DetectionSet:
 def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
     """The detections of a recording: the file beside the video, else what the store holds of the last detector run."""
     views: dict[str, ViewDetections] = {}
-    origins: list[str] = []
+    origins: list[object] = []
     notes: list[str] = []
     for name, view in recording.views.items():
         try:
@@ -58,7 +58,7 @@ def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
             origin, found = _stored(view, store)
         if found is not None:
             views[name] = found
-            origins += [name, origin]
+            origins += [name, origin, found.frames]
             notes += [f"{view.detections_path or name}: {problem}" for problem in found.problems]
     return DetectionSet(views, digest("detections", *origins), tuple(notes))
 

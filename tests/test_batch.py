@@ -132,13 +132,13 @@ def test_a_broken_file_is_a_note_and_the_stored_results_stand_in(without_files, 
     assert len(alone.notes) == 1
 
 
-def test_entries_that_were_skipped_are_notes_that_name_the_view(with_files, store, tmp_path):
+def test_entries_that_were_skipped_are_notes_that_name_the_file(with_files, store, tmp_path):
     path = tmp_path / "000000.json"
     content = with_files.views["view1"].detections_path.read_text()
     path.write_text(content.replace('"image_id": 0', '"image_id": 999', 1))
     found = load_detections(with_detections(with_files, "view1", path), store=store)
     [note] = found.notes
-    assert note.startswith("view1: 1 entry skipped: frame (image_id) out of range")
+    assert note.startswith(f"{path}: 1 entry skipped: frame (image_id) out of range")
 
 
 def test_progress_is_counted_over_all_views(without_files, store):
@@ -155,15 +155,15 @@ def test_progress_is_counted_over_all_views(without_files, store):
 def test_what_was_done_before_a_cancel_is_kept_and_the_next_run_does_the_rest(without_files, store):
     first, second, third = FakeDetector(), FakeDetector(), FakeDetector()
     detect_recording(without_files, first, store=store, cancelled=lambda: first.seen >= FRAMES + 4)
-    assert first.seen == FRAMES + 4
+    # from coarse to fine: every sixteenth, eighth, fourth, second frame of all views, then the odd ones
     half = load_detections(without_files, store=store)
-    assert inspected(half) == {"view3": FRAMES, "view1": 4}
-    assert half.notes == ("view1: detection was stopped", f"view1: 4 of {FRAMES} frames were inspected")
-    assert half.missing == ("view2",)
+    assert inspected(half) == dict.fromkeys(METHOD_VIEWS, FRAMES // 2)
+    assert half.views["view1"].frames == tuple(range(0, FRAMES, 2))
+    assert half.notes == ()
     calls = []
     detect_recording(without_files, second, store=store, progress=lambda *call: calls.append(call))
-    assert second.seen == TOTAL - first.seen
-    assert [call for call in calls if call[0] <= FRAMES + 4] == [(0, TOTAL), (FRAMES, TOTAL), (FRAMES + 4, TOTAL)]
+    assert first.seen == second.seen == TOTAL // 2
+    assert (calls[0], calls[-1]) == ((0, TOTAL), (TOTAL, TOTAL))
     whole = load_detections(without_files, store=store)
     assert inspected(whole) == dict.fromkeys(METHOD_VIEWS, FRAMES)
     assert whole.notes == ()
@@ -205,6 +205,45 @@ def test_a_broken_video_is_named(without_files, store, tmp_path):
     views = {**without_files.views, "view1": replace(without_files.views["view1"], video_path=path)}
     with pytest.raises(FileError, match=r"000002\.mp4"):
         detect_recording(replace(without_files, views=views), FakeDetector(), store=store)
+
+
+def test_a_broken_video_does_not_keep_the_other_views_from_being_inspected(without_files, store, tmp_path):
+    path = tmp_path / "000002.mp4"
+    path.write_bytes(b"no video")
+    views = {**without_files.views, "view1": replace(without_files.views["view1"], video_path=path)}
+    recording, detector, calls = replace(without_files, views=views), FakeDetector(), []
+    with pytest.raises(FileError, match=r"000002\.mp4"):
+        detect_recording(recording, detector, store=store, progress=lambda *call: calls.append(call))
+    assert detector.seen == 2 * FRAMES
+    assert calls[-1] == (2 * FRAMES, 2 * FRAMES)
+    found = load_detections(recording, store=store)
+    assert inspected(found) == {"view3": FRAMES, "view2": FRAMES}
+    assert found.missing == ("view1",)
+
+
+@pytest.mark.parametrize(("every", "passes"), [(1, 5), (4, 3 + 2), (10, 1 + 4)])
+def test_more_can_be_read_after_every_pass_and_is_told_apart(without_files, store, every, passes):
+    found = []
+    detect_recording(
+        without_files,
+        FakeDetector(),
+        store=store,
+        every=every,
+        kept=lambda: found.append(load_detections(without_files, store=store)),
+    )
+    counts = [sum(inspected(one).values()) for one in found]
+    assert len(counts) == passes
+    assert counts[0] == 3 * len(range(0, FRAMES, 16 if every < 10 else every))
+    assert counts == sorted(counts)
+    assert counts[-1] == TOTAL if every == 1 else counts[0] < counts[-1] < TOTAL
+    assert len({one.key for one in found}) == len(set(counts))
+
+
+def test_nothing_is_told_to_be_kept_that_is_not_there_yet(without_files, store):
+    detector, seen = FakeDetector(), []
+    detect_recording(without_files, detector, store=store, kept=lambda: seen.append(detector.seen))
+    # frame 0, then 8, then 4, then 2, 6 and 10, then the odd ones, of three views
+    assert seen == [3, 6, 9, 18, 36]
 
 
 class PeakDetector(FakeDetector):

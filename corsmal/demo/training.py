@@ -1,5 +1,6 @@
 """Training the demo's detector on rendered frames: other seeds, looks, lights and cameras than the demo's own."""
 
+import pickle
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,7 +20,8 @@ from torch.utils.data import DataLoader, IterableDataset
 
 from corsmal.demo.rendering import render_frame
 from corsmal.demo.scene import VIEWS, training_scene
-from corsmal.detection.small import SmallMaskRCNNConfig, save_weights, small_mask_rcnn
+from corsmal.detection.small import SmallMaskRCNNConfig, read_weights, save_weights, small_mask_rcnn
+from corsmal.errors import FileError
 
 Sample = tuple[NDArray[np.uint8], NDArray[np.bool_], int]
 Target = dict[str, Tensor]
@@ -159,21 +161,30 @@ class DetectorModule(lightning.LightningModule):
         return {"optimizer": optimiser, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
 
 
-def train_detector(folder: Path, training: DetectorTraining | None = None) -> Path:
+def train_detector(folder: Path, training: DetectorTraining | None = None, *, init: Path | None = None) -> Path:
     """Train the demo's detector, or go on where a run in the same folder was stopped.
 
     Args:
         folder: gets checkpoints, ``metrics.csv`` and the weights.
         training: its settings.
+        init: weights to begin with, as ``save_weights`` writes them; default: random ones.
 
     Returns:
         The file with the weights, averaged over the last steps.
+
+    Raises:
+        FileError: the folder cannot be written, or its checkpoint or the weights to begin with are broken.
     """
     training = training or DetectorTraining()
-    module = DetectorModule(training)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(folder, f"cannot be written ({error.strerror}); choose another folder") from error
     last = folder / "checkpoints" / "last.ckpt"
-    start = torch.load(last, map_location="cpu", weights_only=True)["global_step"] if last.exists() else 0
-    frames = RenderedFrames(training, start=start)
+    frames = RenderedFrames(training, start=_steps_done(last))
+    module = DetectorModule(training)
+    if init is not None:
+        module.network.load_state_dict(read_weights(init)[1])
     loader = DataLoader(frames, batch_size=None, num_workers=1, collate_fn=_collated, prefetch_factor=4)
     trainer = lightning.Trainer(
         max_steps=training.steps,
@@ -187,10 +198,19 @@ def train_detector(folder: Path, training: DetectorTraining | None = None) -> Pa
         ],
         enable_model_summary=False,
     )
-    trainer.fit(module, loader, ckpt_path=last if last.exists() else None)
+    trainer.fit(module, loader, ckpt_path=last if last.exists() else None, weights_only=True)
     path = folder / "detector.safetensors"
     save_weights(path, module.network, SmallMaskRCNNConfig())
     return path
+
+
+def _steps_done(checkpoint: Path) -> int:
+    try:
+        return int(torch.load(checkpoint, map_location="cpu", weights_only=True)["global_step"])
+    except FileNotFoundError:
+        return 0
+    except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
+        raise FileError(checkpoint, "is no checkpoint of this training; delete it to begin again") from error
 
 
 def _collated(samples: list[tuple[Tensor, Target]]) -> tuple[list[Tensor], list[Target]]:

@@ -1,9 +1,11 @@
 """A small Mask R-CNN for the demo: few parameters, quick on a CPU, its numbers in one config."""
 
 import json
+import math
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,9 @@ from torchvision.ops.feature_pyramid_network import LastLevelMaxPool
 
 from corsmal.detection.torch_detector import TorchDetector
 from corsmal.detection.weights import file_sha256
-from corsmal.errors import FileError
+from corsmal.errors import ArgumentError, FileError
+
+LEVELS = 4
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,9 @@ class SmallMaskRCNNConfig:
         labels: COCO numbers of the classes, in the order of the network's outputs (after the background).
         image_side_min: shorter side, pixels.
         image_side_max: longer side, pixels.
+
+    Raises:
+        ArgumentError: a size is not a positive whole number, or there is another number of levels than four.
     """
 
     widths: tuple[int, ...] = (32, 64, 96, 128)
@@ -52,6 +59,21 @@ class SmallMaskRCNNConfig:
     labels: tuple[int, ...] = (44, 46, 47, 84, 86)
     image_side_min: int = 360
     image_side_max: int = 640
+
+    def __post_init__(self) -> None:
+        sizes = (self.pyramid, self.box_head, self.mask_side, self.image_side_min, self.image_side_max)
+        whole = (*self.widths, *self.blocks, *self.mask_layers, *self.labels, *sizes)
+        sides = (*self.anchor_ratios, *chain.from_iterable(self.anchor_sizes))
+        if not all(type(number) is int and number > 0 for number in whole) or self.mask_side % 2:
+            raise ArgumentError(f"config must hold positive whole numbers and an even mask_side, got {self}")
+        if not all(isinstance(number, int | float) and 0 < number < math.inf for number in sides):
+            raise ArgumentError(f"anchor_sizes and anchor_ratios must be positive numbers, got {self}")
+        if not len(self.widths) == len(self.blocks) == len(self.anchor_sizes) == LEVELS:
+            raise ArgumentError(f"widths, blocks and anchor_sizes must be given for {LEVELS} levels, got {self}")
+        if not (self.mask_layers and self.labels and self.anchor_ratios and all(self.anchor_sizes)):
+            raise ArgumentError(f"config must hold no empty list, got {self}")
+        if len(set(map(len, self.anchor_sizes))) > 1:
+            raise ArgumentError(f"anchor_sizes must be as many at each level, got {self.anchor_sizes}")
 
 
 class Block(nn.Module):
@@ -211,7 +233,7 @@ def read_weights(path: Path) -> tuple[SmallMaskRCNNConfig, dict[str, Tensor]]:
             config = json.loads(file.metadata()["config"])
             state = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
         config = SmallMaskRCNNConfig(**{name: _tuples(value) for name, value in config.items()})
-    except (OSError, safetensors.SafetensorError, KeyError, TypeError, ValueError) as error:
+    except (OSError, safetensors.SafetensorError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise FileError(path, "is no file of the demo detector's weights; take the one that came along") from error
     state = {name: value.float() if value.is_floating_point() else value for name, value in state.items()}
     if not all(torch.isfinite(value).all() for value in state.values()):

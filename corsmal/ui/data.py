@@ -54,13 +54,18 @@ def recording_key(recording: Recording) -> str:
 
 
 def detections(recording: Recording) -> DetectionSet:
-    """The detections of a recording: files beside the videos, else what the store holds."""
-    return _detections(recording_key(recording), _recording=recording)
+    """The detections of a recording: files beside the videos, else what the store holds.
+
+    They are looked for again when a job of this server has kept more.
+    """
+    job = jobs().get(detection_job_key(recording))
+    kept = None if job is None else (job.started_s, job.active, job.results)
+    return _detections(recording_key(recording), kept, _recording=recording)
 
 
-def forget_detections() -> None:
-    """Look again for detections, after a job made some."""
-    _detections.clear()
+def detection_job_key(recording: Recording) -> str:
+    """The key of the job that detects in a recording."""
+    return f"detect {recording_key(recording)}"
 
 
 def best_frame(recording: Recording, *, pair: Pair) -> BestFrame:
@@ -173,8 +178,8 @@ def _folder_times(root: str) -> tuple[tuple[str, int], ...]:
 
 
 @st.cache_resource(max_entries=32, show_spinner="Reading the detections")
-def _detections(key: str, *, _recording: Recording) -> DetectionSet:
-    del key
+def _detections(key: str, kept: tuple[float, bool, int] | None, *, _recording: Recording) -> DetectionSet:
+    del key, kept
     return load_detections(_recording, store=store())
 
 

@@ -28,10 +28,17 @@ def is_ready() -> bool:
     return (demo_folder() / ANNOTATION_FILE).is_file()
 
 
+def is_coming() -> bool:
+    """Whether the demo's first recording is being made."""
+    job = data.jobs().get(KEY)
+    return job is not None and job.active and not is_ready()
+
+
 def make_demo() -> None:
     """Make the demo, or finish one that was stopped half-way; show how far it is, and say that it is synthetic."""
     st.info("The built-in demo: **synthetic** people, containers and sounds.", icon=":material/science:")
-    if data.jobs().get(KEY) is None:
+    job = data.jobs().get(KEY)
+    if job is None or (job.state == "done" and not is_ready()):  # the latter after somebody deleted it
         _start()
     job = data.jobs().get(KEY)
     if job is None or job.active:
@@ -42,7 +49,8 @@ def make_demo() -> None:
 
 
 def _start() -> None:
-    data.jobs().start(KEY, "Making the demo", _work)
+    folder = demo_folder()
+    data.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder))
 
 
 @st.fragment(run_every=1.0)
@@ -56,10 +64,10 @@ def _watch() -> None:
     st.progress(job.fraction, text=progress_text(job, "%"))
 
 
-def _work(job: Job) -> None:
+def _work(job: Job, folder: Path) -> None:
     def report(progress: DemoProgress) -> None:
         job.label = f"Making the demo, {progress.done} of {progress.total} recordings"
         job.advance(round(STEPS * progress.fraction), STEPS)
         job.results = progress.done
 
-    write_demo(demo_folder(), progress=report, cancelled=job.cancelled)
+    write_demo(folder, progress=report, cancelled=job.cancelled)

@@ -6,6 +6,7 @@ from corsmal.batch import METHOD_VIEWS, DetectionSet, detect_recording
 from corsmal.dataset import Recording
 from corsmal.demo import DETECTOR_WEIGHTS
 from corsmal.errors import CorsmalError
+from corsmal.store import Store
 from corsmal.ui import data, session
 from corsmal.ui.components import plain
 from corsmal.ui.demo import is_demo
@@ -17,13 +18,15 @@ SEARCH_STEP = 10
 
 def detection_job(recording: Recording, found: DetectionSet) -> None:
     """Offer to detect where frames have not been inspected yet, or show how far the job is."""
-    key = f"detect {data.recording_key(recording)}"
+    key = data.detection_job_key(recording)
     job = data.jobs().get(key)
     if job is not None and job.active:
         _watch(key)
         return
     if job is not None and job.state == "failed":
         st.error(plain(job.problem), icon=":material/error:")
+    if found.key != data.detections(recording).key:  # the job ended while the page was being drawn
+        st.rerun()
     open_views = _uninspected(recording, found)
     if not open_views:
         return
@@ -51,7 +54,8 @@ def detection_job(recording: Recording, found: DetectionSet) -> None:
     inspects_all = right.button("Inspect all frames", icon=":material/select_all:", width="stretch")
     if searches or inspects_all:
         every = 1 if inspects_all else SEARCH_STEP
-        data.jobs().start(key, "Detecting containers", lambda job: _detect(job, recording, detector, every))
+        store = data.store()
+        data.jobs().start(key, "Detecting containers", lambda job: _detect(job, recording, detector, every, store))
         st.rerun()
 
 
@@ -77,20 +81,19 @@ def _watch(key: str) -> None:
     shown = st.session_state.get(f"{key} shown", 0)
     if job is None or not job.active or job.results != shown:
         st.session_state[f"{key} shown"] = 0 if job is None or not job.active else job.results
-        data.forget_detections()
         st.rerun()
     st.progress(job.fraction, text=progress_text(job, "frames"))
     st.button("Stop", on_click=job.cancel, help="What was done is kept.", icon=":material/stop:")
 
 
-def _detect(job: Job, recording: Recording, name: str, every: int) -> None:
+def _detect(job: Job, recording: Recording, name: str, every: int, store: Store) -> None:
     from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415 - PyTorch takes seconds to import
 
     detector = SmallDetector(DETECTOR_WEIGHTS) if name == "demo" else MaskRCNNDetector()
     detect_recording(
         recording,
         detector,
-        store=data.store(),
+        store=store,
         every=every,
         progress=job.advance,
         kept=job.keep,

@@ -162,7 +162,7 @@ def _picked() -> None:
 
 
 def _nothing_to_show() -> None:
-    if demo.is_demo(folder()):
+    if demo.is_demo(folder()) and demo.is_coming():
         st.info("The first recording of the demo is being made: a few seconds.", icon=":material/hourglass_top:")
         return
     if problem := st.session_state.get(FOLDER_PROBLEM):

@@ -75,6 +75,8 @@ def score_line(best: BestFrame, frame: int, *, frames: int) -> None:
 def view_pictures(recording: Recording, *, frame: int, best: BestFrame) -> None:
     """The views side by side with their detections, and under each what was found and why it was dropped."""
     names = [name for name in ("view1", "view3", "view2") if name in recording.views]
+    if not names:
+        st.warning(f"Missing: {', '.join(recording.missing)}.", icon=":material/inventory_2:")
     found = data.detections(recording)
     for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
         with column, guarded():

@@ -1,13 +1,20 @@
-"""Every test of the app has its own store, nothing cached, and an app that was started without a dataset."""
+"""Every test of the app has its own store, nothing cached, and an app that was started without a dataset.
+
+The demo that such an app makes has one small recording.
+"""
 
 import shutil
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import streamlit as st
 
+from corsmal.demo.writing import write_demo
+from corsmal.ui import data, demo
 from tests.tiny import write_tiny_dataset
 
 
@@ -16,9 +23,16 @@ def fresh_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path / "cache"))
     monkeypatch.delenv("CORSMAL_DATA", raising=False)
     monkeypatch.setattr(sys, "argv", ["app.py"])
+    monkeypatch.setattr(demo, "write_demo", small_demo)
     _clear_caches()
     yield
+    _end_jobs()
     _clear_caches()
+
+
+def small_demo(root: Path, **options: Any) -> tuple[str, ...]:
+    """The demo with one small recording, made in this process."""
+    return write_demo(root, **options, containers=(1,), recordings_per_container=1, size=(160, 90), workers=0)
 
 
 @pytest.fixture(scope="session")
@@ -43,6 +57,16 @@ def real_root(real_dataset_root: Path, shared_store: Path, monkeypatch: pytest.M
 def root(sound_root: Path, tmp_path: Path) -> Path:
     """A copy of the sound dataset, to be damaged."""
     return Path(shutil.copytree(sound_root, tmp_path / "train"))
+
+
+def _end_jobs() -> None:
+    """Background work must not go on into the next test."""
+    deadline = time.monotonic() + 60
+    for job in list(data.jobs()._jobs.values()):
+        job.cancel()
+        while job.active:
+            assert time.monotonic() < deadline, f"{job.label} does not end"
+            time.sleep(0.01)
 
 
 def _clear_caches() -> None:

@@ -2,6 +2,9 @@
 
 import base64
 import json
+import re
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +21,7 @@ class Visitor:
     """A session of the app.
 
     Args:
-        folder: what the visitor types as the dataset folder; None: what the app was started with.
+        folder: what the visitor types as the dataset folder; None: what the app was started with, or else the demo.
         address: query parameters of the address that is opened.
     """
 
@@ -66,6 +69,14 @@ class Visitor:
         """Press a button."""
         next(button for button in self.test.button if button.label == label).click().run()
 
+    def wait_for(self, condition: Callable[["Visitor"], object]) -> None:
+        """Run the app again, as a page does that watches a job, until something holds."""
+        deadline = time.monotonic() + TIMEOUT_S
+        while not condition(self):
+            assert time.monotonic() < deadline, self.sentences
+            time.sleep(0.05)
+            self.test.run()
+
     @property
     def address(self) -> dict[str, str]:
         """The query parameters that the app wrote."""
@@ -78,17 +89,23 @@ class Visitor:
 
     @property
     def warnings(self) -> list[str]:
-        return [element.value for element in self.test.warning]
+        return [seen(element.value) for element in self.test.warning]
 
     @property
     def errors(self) -> list[str]:
-        return [element.value for element in self.test.error]
+        return [seen(element.value) for element in self.test.error]
 
     @property
     def sentences(self) -> str:
         """Everything that the page says about problems and what to do, a line each."""
         kinds = (self.test.error, self.test.warning, self.test.info, self.test.caption)
-        return "\n".join(element.value for kind in kinds for element in kind)
+        return "\n".join(seen(element.value) for kind in kinds for element in kind)
+
+    @property
+    def progress(self) -> list[str]:
+        """The texts of the progress bars."""
+        bars: list[Any] = list(self.test.get("progress"))
+        return [seen(bar.proto.text) for bar in bars]
 
     @property
     def metrics(self) -> dict[str, str]:
@@ -146,6 +163,11 @@ class Seen:
     videos: int
     sounds: int
     pictures: int
+
+
+def seen(markdown: str) -> str:
+    """What a browser shows of a sentence in which some characters stand for themselves."""
+    return re.sub(r"\\([^a-zA-Z0-9\s])", r"\1", markdown)
 
 
 def rings(plot: dict[str, Any]) -> int:

@@ -98,6 +98,15 @@ def test_garbage_is_one_warning_that_names_it_and_the_rest_is_used(sound_root: P
     assert "Capacity" in visitor.metrics
 
 
+@pytest.mark.parametrize("text", ["[x](http://example.com)", "$a$", "*b*", "`c`", "<b>", ":red[d]", "~e~", "_f_"])
+def test_what_stood_in_an_address_is_shown_as_it_is(sound_root: Path, text: str) -> None:
+    visitor = Visitor(sound_root, recording="000000", frame=text).open("shape")
+    [warning] = visitor.test.warning
+    assert f"frame='{text}'" in visitor.warnings[0]
+    assert text not in warning.value
+    assert "".join(rf"\{mark}" if mark in "[]()$*`<>:~_" else mark for mark in text) in warning.value
+
+
 def test_each_wrong_parameter_has_its_own_warning_and_a_choice_ends_them(sound_root: Path) -> None:
     visitor = Visitor(sound_root, recording="9", frame="-1", L="x").open("shape")
     assert len(visitor.warnings) == 3

@@ -24,6 +24,8 @@ from tests.tiny import (
 )
 
 NAME = "000000"
+FIRST_PAIR = {"pair": "view3-view1"}
+"""The address of a page that would choose the other pair by itself."""
 OTHER_PAIR = "Best frame of view3 + view2"
 
 
@@ -42,9 +44,9 @@ def detections(root: Path) -> Path:
     return root / "view1" / "detections" / f"{NAME}.json"
 
 
-def look(root: Path) -> dict[str, Seen]:
+def look(root: Path, **address: str) -> dict[str, Seen]:
     """Every page, none of which crashes."""
-    visitor = Visitor(root)
+    visitor = Visitor(root, **address)
     pages = {"recordings": visitor.look()} | {page: visitor.open(page).look() for page in ("frames", "shape")}
     for page, seen in pages.items():
         assert seen.crashes == [], page
@@ -82,6 +84,17 @@ def test_recording_without_a_view_its_sound_and_its_calibration(root: Path, cali
     assert pages["frames"].pictures == 2
     assert f"{calibration}: the calibration of view1 is missing" in pages["shape"].errors[0]
     assert "reprojection_view3" in pages["shape"].plots
+
+
+def test_pair_that_can_be_fitted_is_the_one_shown_until_another_is_chosen(root: Path, calibration: Path) -> None:
+    calibration.unlink()
+    visitor = Visitor(root).open("shape")
+    assert visitor.errors == []
+    assert "pair" not in visitor.address
+    assert {"reprojection_view3", "reprojection_view2"} <= set(visitor.plots)
+    visitor.choose("pair_control", ("view3", "view1"))
+    assert f"{calibration}: the calibration of view1 is missing" in visitor.errors[0]
+    assert visitor.address["pair"] == "view3-view1"
 
 
 @pytest.mark.parametrize("size", [0, 100, 4000])
@@ -139,10 +152,12 @@ def test_calibration_that_tries_to_run_code(root: Path, calibration: Path, tmp_p
     calibration.write_bytes(pickle.dumps([{"rgb": _Hostile(written)}, _Hostile(written)]))
     pages = look(root)
     assert not written.exists()
-    assert f"{calibration}: holds something other than plain numbers" in pages["shape"].errors[0]
-    assert "nothing in it was run" in pages["shape"].errors[0]
-    assert "Best frame of view3 + view1" in pages["frames"].metrics
-    assert "Capacity" in Visitor(root, pair="view3-view2").open("shape").metrics
+    assert OTHER_PAIR in pages["frames"].metrics
+    assert "Capacity" in pages["shape"].metrics
+    asked = look(root, **FIRST_PAIR)
+    assert f"{calibration}: holds something other than plain numbers" in asked["shape"].errors[0]
+    assert "nothing in it was run" in asked["shape"].errors[0]
+    assert "Best frame of view3 + view1" in asked["frames"].metrics
 
 
 @pytest.mark.parametrize("part", ["intrinsic", "rotation", "translation"])
@@ -151,7 +166,8 @@ def test_calibration_with_a_nan(root: Path, calibration: Path, part: str) -> Non
     parts = {name: np.array(getattr(camera, name)) for name in ("intrinsic", "rotation", "translation", "projection")}
     parts[part].flat[0] = np.nan
     write_calibration(calibration, SimpleNamespace(**parts))  # type: ignore[arg-type]
-    seen = look(root)["shape"]
+    assert "Capacity" in look(root)["shape"].metrics
+    seen = look(root, **FIRST_PAIR)["shape"]
     assert f"{calibration}: is no usable calibration: {part} must be finite" in seen.errors[0]
     assert "reprojection_view3" in seen.plots
 
@@ -160,8 +176,9 @@ def test_cameras_that_look_along_nearly_parallel_rays(root: Path, calibration: P
     frontal = tiny_cameras(CALIBRATED_SIZE)["view3"]
     moved_m = np.add(frontal.translation, (1e-4, 0, 0))
     write_calibration(calibration, replace(frontal, translation=moved_m))
-    seen = look(root)["shape"]
-    assert seen.errors[0].startswith("The fit failed: ")
+    assert "Capacity" in look(root)["shape"].metrics
+    seen = look(root, **FIRST_PAIR)["shape"]
+    assert seen.errors[0].startswith("The fit of view3 + view1 in frame 5 failed: ")
 
 
 def test_detections_of_which_some_cannot_be_used(root: Path, detections: Path) -> None:
@@ -175,7 +192,7 @@ def test_detections_of_which_some_cannot_be_used(root: Path, detections: Path) -
     pages = look(root)
     for page in ("frames", "shape"):
         assert len(pages[page].warnings) == 4
-        assert all(warning.startswith("view1: 1 entry skipped") for warning in pages[page].warnings)
+        assert all(warning.startswith(f"{detections}: 1 entry skipped") for warning in pages[page].warnings)
     assert "Best frame of view3 + view1" in pages["frames"].metrics
     assert "Capacity" in pages["shape"].metrics
 
@@ -187,7 +204,7 @@ def test_detections_of_which_none_can_be_used(root: Path, detections: Path, cont
     for page in ("frames", "shape"):
         assert len(pages[page].warnings) == 1
         assert pages[page].warnings[0].startswith(f"{detections}: ")
-        assert "Detect with Mask R-CNN" not in pages[page].buttons
+        assert "Find the best frame" not in pages[page].buttons
     assert OTHER_PAIR in pages["frames"].metrics
     assert "Capacity" in pages["shape"].metrics
 
@@ -203,9 +220,12 @@ def test_detections_of_nothing(root: Path, detections: Path) -> None:
 def test_mask_without_area(root: Path, detections: Path, rows: slice) -> None:
     put_mask(detections, rows, slice(320, 321))
     pages = look(root)
-    assert "Best frame of view3 + view1" in pages["frames"].metrics
-    assert pages["shape"].errors[0].startswith("The fit failed: ")
-    assert "reprojection_view1" in pages["shape"].plots
+    assert OTHER_PAIR in pages["frames"].metrics
+    assert "Capacity" in pages["shape"].metrics
+    asked = look(root, **FIRST_PAIR)
+    assert "Best frame of view3 + view1" in asked["frames"].metrics
+    assert asked["shape"].errors[0].startswith("The fit of view3 + view1 in frame 5 failed: ")
+    assert "reprojection_view1" in asked["shape"].plots
 
 
 def test_masks_that_fill_the_picture(root: Path) -> None:

@@ -31,7 +31,10 @@ def test_best_frame_is_the_one_with_most_container_and_no_second_object(visitor:
     }
     best = max(pixels, key=lambda frame: sum(pixels[frame]))
     metrics = {metric.label: (metric.value, metric.delta) for metric in visitor.test.metric}
-    assert metrics["Best frame of view3 + view1"] == (str(best), f"score {sum(pixels[best]):,} px")
+    assert metrics["Best frame of view3 + view1"] == (
+        str(best),
+        f"score {sum(pixels[best]):,} px, {FRAMES} of {FRAMES} frames inspected",
+    )
     first, second = pixels[best]
     assert metrics[f"Frame {best}"][1] == f"N {first:,} + N {second:,} less 0 of penalties"
     assert marked_frame(visitor) == best
@@ -65,6 +68,16 @@ def test_keys_step_and_stop_at_the_ends(visitor: Visitor) -> None:
         assert marked_frame(visitor) == expected
         assert visitor.address["frame"] == str(expected)
     assert visitor.crashes == []
+
+
+def test_held_key_steps_and_only_its_release_writes_the_address(visitor: Visitor) -> None:
+    start, address = marked_frame(visitor), visitor.address
+    visitor.report("scores", key={"key": "ArrowLeft", "count": 3}, settled=False)
+    assert marked_frame(visitor) == start - 3
+    assert visitor.address == address
+    visitor.report("scores", settled=True)
+    assert marked_frame(visitor) == start - 3
+    assert visitor.address == {**address, "frame": str(start - 3)}
 
 
 def test_click_on_a_score_chooses_its_frame_once(visitor: Visitor) -> None:
@@ -104,10 +117,19 @@ def test_relaxed_centre_rule_is_said(tiny_dataset_root: Path) -> None:
 
 def test_recording_without_detections_offers_to_make_them(tiny_dataset_root: Path) -> None:
     visitor = Visitor(tiny_dataset_root, recording="000002").open("frames")
-    assert visitor.crashes == []
-    assert "no detections" in visitor.errors[0]
-    assert "Detect with Mask R-CNN" in visitor.buttons
+    assert visitor.crashes == visitor.errors == []
+    assert "No detections yet in view3, view1, view2" in visitor.sentences
+    assert {"Find the best frame", "Inspect all frames"} <= set(visitor.buttons)
     assert visitor.count("image", "imgs") == 3
+
+
+def test_frames_without_detections_are_browsed_by_number_instead_of_by_score(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root, recording="000002").open("frames")
+    assert "scores" not in visitor.plots
+    visitor.choose("frame_control", 7)
+    assert marked_frame(visitor) == 7
+    assert visitor.address == {"recording": "000002", "frame": "7"}
+    assert "No best frame" in visitor.buttons
 
 
 def test_pages_of_the_real_recording_step_through_its_frames(real_root: Path) -> None:

@@ -21,7 +21,7 @@ def test_page_shows_the_recording_without_a_complaint(page: str, dataset: str, r
 
 @pytest.mark.parametrize("page", PAGES)
 def test_page_without_a_folder_says_how_to_name_one(page: str) -> None:
-    visitor = Visitor().open(page)
+    visitor = Visitor("").open(page)
     assert visitor.crashes == []
     assert visitor.errors == []
     assert "Name a dataset folder in the sidebar" in visitor.sentences

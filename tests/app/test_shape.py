@@ -162,7 +162,7 @@ def test_fit_that_fails_says_why_and_leaves_the_pictures(visitor: Visitor) -> No
     visitor.choose("shape_high_mm", 2000.0)
     visitor.choose("shape_low_mm", 1900.0)
     assert visitor.crashes == []
-    assert visitor.errors[0].startswith("The fit failed: ")
+    assert visitor.errors[0].startswith(f"The fit of view3 + view1 in frame {BEST} failed: ")
     assert {"reprojection_view3", "reprojection_view1"} <= set(visitor.plots)
 
 

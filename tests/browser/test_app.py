@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, quote, urlsplit
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -125,6 +125,27 @@ def test_keys_step_through_the_frames(page: Page, address: str) -> None:
         page.keyboard.press(key)
         expect(page.get_by_text(f"view3, frame {frame}", exact=False)).to_be_visible()
         page.wait_for_url(re.compile(rf"[?&]frame={frame}\b"))
+
+
+def test_held_key_is_one_step_of_the_history(page: Page, address: str) -> None:
+    page.goto(f"{address}/best-frame?recording=000000&frame=1")
+    plot(page, "Scores of the frames")
+    before = page.evaluate("history.length")
+    for frame in (2, 3, 4, 5):
+        page.keyboard.down("ArrowRight")  # again and again without an up, as a held key repeats
+        expect(page.get_by_text(f"view3, frame {frame}", exact=False)).to_be_visible()
+        assert query(page)["frame"] == "1"
+    page.keyboard.up("ArrowRight")
+    page.wait_for_url(re.compile(r"[?&]frame=5\b"))
+    assert page.evaluate("history.length") == before + 1
+    page.go_back()
+    expect(page.get_by_text("view3, frame 1", exact=False)).to_be_visible()
+
+
+@pytest.mark.parametrize("text", ["[x](http://example.com)", "$a$ *b* _c_ `d`", "<b>e</b>", ":red[f]", "~g~"])
+def test_what_stood_in_an_address_is_shown_as_it_is(page: Page, address: str, text: str) -> None:
+    page.goto(f"{address}/best-frame?recording=000000&frame={quote(text)}")
+    expect(page.get_by_test_id("stAlert").get_by_text(f"frame='{text}'")).to_be_visible()
 
 
 def test_thumbnails_are_served_for_recordings_alone(page: Page, address: str) -> None:

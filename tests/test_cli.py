@@ -1,0 +1,163 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import corsmal.__main__ as cli
+from corsmal.batch import METHOD_VIEWS, load_detections
+from corsmal.dataset import open_dataset
+from corsmal.detection import Detections
+from corsmal.store import Store
+from tests.tiny import CUP, FRAMES
+
+RUNNER = CliRunner()
+WITHOUT_FILES = "000002"
+
+
+class FakeDetector:
+    """Finds one cup in every frame, and counts the frames."""
+
+    name = "a test's detector"
+    digest = "1"
+
+    def __init__(self):
+        self.seen = 0
+
+    def detect(self, frames):
+        self.seen += len(frames)
+        mask = np.zeros((1, 360, 640), dtype=bool)
+        mask[0, 150:200, 300:340] = True
+        return [Detections([[300, 150, 340, 200]], [0.9], [CUP], mask) for _ in frames]
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("COLUMNS", "60")
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def detector(monkeypatch):
+    made = FakeDetector()
+    made.asked = []
+    monkeypatch.setattr(cli, "make_detector", lambda weights, *, is_demo: made.asked.append((weights, is_demo)) or made)
+    return made
+
+
+def run_main(monkeypatch, capsys, *arguments):
+    """What a person sees who types the command: the exit status and the lines."""
+    monkeypatch.setattr(sys, "argv", ["corsmal", *map(str, arguments)])
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    output = capsys.readouterr()
+    return stopped.value.code, (output.out + output.err).strip().splitlines()
+
+
+def test_help_lists_the_commands():
+    result = RUNNER.invoke(cli.app, ["--help"])
+    assert result.exit_code == 0
+    for command in ("demo", "detect", "train"):
+        assert f" {command} " in result.output
+    assert " detector " in RUNNER.invoke(cli.app, ["train", "--help"]).output
+
+
+def test_help_loads_no_network_library():
+    program = (
+        "import sys, runpy\n"
+        "sys.argv = ['corsmal', '--help']\n"
+        "try:\n"
+        "    runpy.run_module('corsmal', run_name='__main__')\n"
+        "finally:\n"
+        "    sys.stderr.write(' '.join({'torch', 'lightning', 'streamlit', 'pandas'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)
+    assert "detect" in done.stdout
+    assert done.stderr == ""
+
+
+def test_detections_are_kept_in_the_store(tiny_dataset_root, detector, cache):
+    command = ["detect", str(tiny_dataset_root), WITHOUT_FILES, "--demo-weights", "--every", "10"]
+    result = RUNNER.invoke(cli.app, command)
+    assert result.exit_code == 0, result.output
+    assert detector.asked == [(None, True)]
+    found = load_detections(open_dataset(tiny_dataset_root)[WITHOUT_FILES], store=Store(cache))
+    for view in METHOD_VIEWS:  # 0 and 10, then 5, 3, 2 and 1 beside the best, which is the first of equals
+        assert found.views[view].frames == (0, 1, 2, 3, 5, 10)
+    assert "000002, frames" in result.output
+    seen = detector.seen
+    assert RUNNER.invoke(cli.app, command).exit_code == 0
+    assert detector.seen == seen
+
+
+def test_without_ids_all_recordings_are_inspected_but_views_with_a_file(tiny_dataset_root, detector):
+    result = RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root)])
+    assert result.exit_code == 0, result.output
+    assert detector.asked == [(None, False)]
+    assert detector.seen == FRAMES * len(METHOD_VIEWS)
+
+
+def test_a_recording_that_fails_is_named_and_the_others_are_inspected(tiny_dataset_root, detector, tmp_path):
+    root = tmp_path / "set [/x]"
+    for view in METHOD_VIEWS:
+        folder = root / view / "rgb"
+        folder.mkdir(parents=True)
+        (folder / "000001.mp4").write_bytes(b"no video")
+        (folder / "000002.mp4").symlink_to(tiny_dataset_root / view / "rgb" / "000002.mp4")
+    result = RUNNER.invoke(cli.app, ["detect", str(root)])
+    assert result.exit_code == 1
+    assert detector.seen == FRAMES * len(METHOD_VIEWS)
+    lines = result.output.splitlines()
+    [line] = [line for line in lines if line.startswith("000001:")]
+    assert str(root / "view2" / "rgb" / "000001.mp4") in line
+    assert "1 of 2 recordings failed." in lines
+
+
+def test_an_unknown_recording_is_one_sentence(tiny_dataset_root, detector, monkeypatch, capsys):
+    code, lines = run_main(monkeypatch, capsys, "detect", tiny_dataset_root, "999999")
+    assert code == 1
+    [line] = lines
+    assert line.startswith("Error: ")
+    assert "999999" in line
+    assert detector.seen == 0
+
+
+@pytest.mark.parametrize("name", ["demo", "[bold]demo[/bold]", "[/]"])
+def test_a_demo_that_cannot_be_written_is_one_sentence(tmp_path, monkeypatch, capsys, name):
+    (tmp_path / "file").write_bytes(b"")
+    code, lines = run_main(monkeypatch, capsys, "demo", tmp_path / "file" / name)
+    assert code == 1
+    errors = [line for line in lines if line.startswith("Error: ")]
+    assert len(errors) == 1
+    assert str(tmp_path / "file" / name) in errors[0]
+    assert "cannot be written" in errors[0]
+    assert not any("Traceback" in line for line in lines)
+
+
+@pytest.mark.usefixtures("detector")
+@pytest.mark.parametrize("arguments", [["--every", "0"], ["--nonsense"], ["--weights"]])
+def test_options_that_cannot_be_are_refused_with_what_is_possible(tiny_dataset_root, arguments):
+    result = RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root), *arguments])
+    assert result.exit_code == 2
+    assert arguments[0] in result.output
+
+
+def test_training_cannot_write_beneath_a_file(tmp_path, monkeypatch, capsys):
+    (tmp_path / "file").write_bytes(b"")
+    code, lines = run_main(monkeypatch, capsys, "train", "detector", tmp_path / "file" / "run", "--steps", "1")
+    assert code == 1
+    [line] = [line for line in lines if line.startswith("Error: ")]
+    assert str(Path(tmp_path, "file", "run")) in line
+
+
+def test_weights_of_the_users_choice_are_opened(tmp_path, monkeypatch, capsys, tiny_dataset_root):
+    path = tmp_path / "weights.safetensors"
+    path.write_bytes(b"none")
+    for options in (["--demo-weights"], []):
+        code, lines = run_main(monkeypatch, capsys, "detect", tiny_dataset_root, "--weights", path, *options)
+        assert code == 1
+        [line] = lines
+        assert line.startswith(f"Error: {path}: ")
