@@ -1,15 +1,18 @@
 """Long work in the background: one job per key, however many sessions ask for it."""
 
+import atexit
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 from corsmal.errors import CorsmalError
 
 WORKERS = 2
 """The demo is made beside a detection, not before it."""
+
+FAREWELL_S = 5.0
+"""How long a server that is stopped waits for its jobs to notice."""
 
 
 @dataclass
@@ -81,12 +84,16 @@ def progress_text(job: Job, unit: str) -> str:
 
 
 class Jobs:
-    """Runs jobs, two at a time, and remembers the last one of each key."""
+    """Runs jobs, two at a time, and remembers the last one of each key; they end with the process.
+
+    An executor would keep a server that is stopped until all its work is done.
+    """
 
     def __init__(self) -> None:
-        self._executor = ThreadPoolExecutor(max_workers=WORKERS, thread_name_prefix="corsmal-job")
+        self._free = threading.Semaphore(WORKERS)
         self._jobs: dict[str, Job] = {}
         self._lock = threading.Lock()
+        atexit.register(self._stop)
 
     def get(self, key: str) -> Job | None:
         """The last job of a key."""
@@ -105,11 +112,22 @@ class Jobs:
             if job is not None and job.active:
                 return job
             job = self._jobs[key] = Job(label)
-            self._executor.submit(_run, job, work)
+            threading.Thread(target=self._run, args=(job, work), name=f"corsmal-job {key}", daemon=True).start()
             return job
 
+    def _run(self, job: Job, work: Callable[[Job], None]) -> None:
+        with self._free:
+            _do(job, work)
 
-def _run(job: Job, work: Callable[[Job], None]) -> None:
+    def _stop(self) -> None:
+        jobs, deadline_s = list(self._jobs.values()), time.monotonic() + FAREWELL_S
+        for job in jobs:
+            job.cancel()
+        while any(job.state == "running" for job in jobs) and time.monotonic() < deadline_s:
+            time.sleep(0.05)
+
+
+def _do(job: Job, work: Callable[[Job], None]) -> None:
     job.state, job.started_s = "running", time.monotonic()
     try:
         work(job)

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import threading
 import time
 
@@ -104,3 +106,28 @@ def test_progress_is_said_in_a_sentence(monkeypatch, done, total, elapsed_s, exp
     job.advance(done, total)
     assert progress_text(job, "frames") == expected
     assert job.fraction == (done / total if total else 0)
+
+
+@pytest.mark.parametrize("heeds", [True, False])
+def test_jobs_end_with_the_process_and_are_told_so(heeds):
+    program = f"""
+import threading
+from corsmal.ui import jobs
+
+jobs.FAREWELL_S = 20 if {heeds} else 0.1
+begun = threading.Event()
+
+def work(job):
+    begun.set()
+    while not ({heeds} and job.cancelled()):
+        threading.Event().wait(0.01)
+    print("told", flush=True)
+
+started = jobs.Jobs()
+for name in "abc":
+    started.start(name, "x", work)
+begun.wait()
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.startswith("told") is heeds
+    assert done.stderr == ""
