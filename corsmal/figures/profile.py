@@ -29,10 +29,11 @@ def profile_figure(
     }
     if truth_mm is not None and dimensions.bottom is not None:
         traces.append(_annotated(*truth_mm, base_mm=float(hull.heights_mm[dimensions.bottom])))
+    widest_mm = max(float(hull.radii_mm.max(initial=1.0)), *(width / 2 for width in (truth_mm or (0.0, 0.0))[:2]))
     layout = plain_layout(
         shapes=[_across(height_mm) for height_mm in marks.values()],
         annotations=[_caption(text, height_mm) for text, height_mm in marks.items()],
-        xaxis=axis("radius (mm)", range=[0, 1.1 * float(hull.radii_mm.max(initial=1.0))], constrain="domain"),
+        xaxis=axis("radius (mm)", range=[0, 1.1 * widest_mm], constraintoward="left"),
         yaxis=axis("height z above the table (mm)", scaleanchor="x"),
     )
     return go.Figure(traces, layout)
