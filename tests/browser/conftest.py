@@ -56,7 +56,7 @@ def serve(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serve]:
         server.wait(timeout=START_TIMEOUT_S)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # not of the session: while it lives, no other test can run an event loop
 def chromium() -> Iterator[Browser]:
     executable = shutil.which("chromium")
     if executable is None:

@@ -54,4 +54,4 @@ def test_failed_measures_leave_the_radii_without_ends_and_truth():
 def test_a_failed_hull_is_an_empty_figure():
     figure = profile_figure(Hull.failed("no"), Dimensions(reason="no"), truth_mm=(61.0, 98.0, 119.0))
     assert len(figure.data) == 0
-    assert list(figure.layout.xaxis.range) == pytest.approx([0, 1.1])
+    assert list(figure.layout.xaxis.range) == pytest.approx([0, 1.1 * 98 / 2])
