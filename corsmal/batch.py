@@ -9,14 +9,10 @@ from corsmal.dataset import Recording, View
 from corsmal.detection import Detections, Detector, ViewDetections, detect_view
 from corsmal.errors import ArgumentError, FileError
 from corsmal.estimation import Fit, fit_frame, read_view_detections
-from corsmal.parameters import PAIRS, CentreRule, SelectionParameters, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, PAIRS, CentreRule, SelectionParameters, ShapeParameters
 from corsmal.selection import Pair, select_best_frame
 from corsmal.shape import Hull, measure_hull
 from corsmal.store import Store, digest, file_fingerprint
-
-METHOD_VIEWS = tuple(dict.fromkeys(view for pair in PAIRS for view in pair))
-"""The views that the method looks at, in the order of its pairs."""
-
 
 COARSEST = 16
 """The first frames to be inspected are so far apart: results are spread over the video from the start."""

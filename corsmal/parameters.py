@@ -16,6 +16,9 @@ CONTAINER_CLASSES = {44: "bottle", 46: "wine glass", 47: "cup", 84: "book", 86: 
 PAIRS = (("view3", "view1"), ("view3", "view2"))
 """The pairs of views in the order in which they are tried: the paper's (1, 2) and (1, 3), in the dataset's names."""
 
+METHOD_VIEWS = tuple(dict.fromkeys(view for pair in PAIRS for view in pair))
+"""The views that the method looks at, in the order of its pairs."""
+
 CentreRule = Literal["both thirds", "horizontal third", "none"]
 CENTRE_RULES: tuple[CentreRule, ...] = get_args(CentreRule)
 """The ladder: where the centre of a box must lie, from the paper's rule to none at all."""

@@ -14,10 +14,10 @@ import re
 import struct
 import threading
 import tokenize
-import uuid
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -29,6 +29,7 @@ from corsmal.detection import ViewDetections
 from corsmal.detection.parquet import read_parquet, write_parquet
 from corsmal.digests import digest, file_fingerprint
 from corsmal.errors import ArgumentError, CorsmalError, FileError
+from corsmal.files import writing
 
 Result = TypeVar("Result")
 
@@ -92,32 +93,16 @@ class Store:
         return self.root / kind / key[:2] / f"{key}{suffix}"
 
     @staticmethod
-    @contextlib.contextmanager
-    def writing(path: Path) -> Iterator[Path]:
-        """Write a file so that it appears whole or not at all.
+    def writing(path: Path) -> AbstractContextManager[Path]:
+        """Write a file so that it appears whole or not at all, see ``corsmal.files.writing``.
 
         Args:
             path: where it is to be, from ``file``; an older one is replaced.
 
-        Yields:
-            Another path in the same folder, with the same suffix. It is renamed to ``path`` when the block ends, and
-            deleted when the block raises.
-
         Raises:
             FileError: the folder or the file cannot be written.
         """
-        part = path.with_name(f".{path.stem}.{uuid.uuid4().hex}{path.suffix}")
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            yield part
-            os.replace(part, path)
-        except OSError as error:
-            raise FileError(
-                path, f"cannot be written ({error.strerror or error}); free the disk or set CORSMAL_CACHE"
-            ) from error
-        finally:
-            with contextlib.suppress(OSError):
-                part.unlink()
+        return writing(path, advice="free the disk or set CORSMAL_CACHE")
 
     def detections(self, key: str) -> ViewDetections | None:
         """One view's detections, or None where they are not stored."""

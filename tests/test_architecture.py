@@ -15,7 +15,7 @@ LINES_MAX = 260
 
 FLOORS = (
     ("errors",),
-    ("geometry", "parameters", "digests"),
+    ("geometry", "parameters", "digests", "files"),
     ("dataset",),
     ("detection",),
     ("selection", "shape", "mass", "filling"),

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from corsmal import batch
-from corsmal.batch import METHOD_VIEWS, detect_recording, load_detections, load_fit
+from corsmal.batch import detect_recording, load_detections, load_fit
 from corsmal.dataset import open_dataset
 from corsmal.detection import Detections
 from corsmal.errors import ArgumentError, FileError
 from corsmal.estimation import fit_frame
-from corsmal.parameters import PAIRS, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
 from corsmal.selection import select_best_frame
 from corsmal.store import Store
 from tests.tiny import CUP, FRAMES, write_tiny_dataset, write_video

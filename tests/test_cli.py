@@ -7,9 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
-from corsmal.batch import METHOD_VIEWS, load_detections
+from corsmal.batch import load_detections
 from corsmal.dataset import open_dataset
 from corsmal.detection import Detections
+from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
 from tests.tiny import CUP, FRAMES
 

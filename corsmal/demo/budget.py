@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 import pandas as pd
@@ -11,7 +10,7 @@ from corsmal.dataset import Dataset, Recording
 from corsmal.demo.truth import open_demo_truth
 from corsmal.detection import ViewDetections
 from corsmal.estimation import QUANTITIES, estimate, fit_frame
-from corsmal.parameters import PAIRS, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
 from corsmal.selection import select_best_frame
 
 WAYS = ("true masks", "detected masks", "detected masks, true best frame")
@@ -116,7 +115,7 @@ def true_views(dataset: Dataset, recording: Recording) -> Views:
         FileError: the truth cannot be read.
     """
     truth = open_demo_truth(dataset.root, recording.id)
-    return {name: truth.visible(name) for name in dict.fromkeys(chain(*PAIRS)) if name in recording.views}
+    return {name: truth.visible(name) for name in METHOD_VIEWS if name in recording.views}
 
 
 def _only_frame_of(true: Views, found: Views) -> Views:

@@ -1,11 +1,8 @@
 """The files of one synthetic recording: videos, calibrations, sound and truth."""
 
-import contextlib
 import json
-import os
 import pickle
-import uuid
-from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +11,13 @@ import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
+from corsmal import files as whole_files
 from corsmal.demo.cameras import VIEWS
 from corsmal.demo.rendering import render_frame
 from corsmal.demo.scene import Scene, sound_events
 from corsmal.demo.sound import SAMPLE_RATE_HZ, recording_sound
 from corsmal.detection import Detections, ViewDetections
 from corsmal.detection.parquet import write_parquet
-from corsmal.errors import FileError
 from corsmal.geometry import Camera
 
 SOUND = "sound"
@@ -69,25 +66,17 @@ def write_part(root: Path, recording_id: str, scene: Scene, part: str, *, size: 
     _write_view(files[3], scene, part, size=size, masks={"amodal": files[1], "visible": files[2]})
 
 
-@contextlib.contextmanager
-def writing(path: Path) -> Iterator[Path]:
-    """Another path in the same folder, renamed to ``path`` when the block ends and deleted when it raises.
+def writing(path: Path) -> AbstractContextManager[Path]:
+    """A file of the demo that appears whole or not at all, see ``corsmal.files.writing``.
 
     Raises:
         FileError: the folder or the file cannot be written.
     """
-    part = path.with_name(f".{path.stem}.{uuid.uuid4().hex}{path.suffix}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield part
-        os.replace(part, path)
-    except (OSError, av.FFmpegError, soundfile.SoundFileError) as error:
-        reason = getattr(error, "strerror", None) or error
-        problem = f"cannot be written ({reason}); free the disk or choose another folder for the demo"
-        raise FileError(path, problem) from error
-    finally:
-        with contextlib.suppress(OSError):
-            part.unlink()
+    return whole_files.writing(
+        path,
+        advice="free the disk or choose another folder for the demo",
+        errors=(av.FFmpegError, soundfile.SoundFileError),
+    )
 
 
 def calibration_bytes(camera: Camera) -> bytes:

@@ -22,7 +22,6 @@ class TorchDetector:
         digest: of the weights' content and the settings that the detections depend on.
         device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
         labels: COCO number of each of the network's classes, the background left out; default: they are the same.
-        half: compute in bfloat16, twice as fast on recent CPUs.
 
     Raises:
         ArgumentError: there is no such device.
@@ -36,11 +35,10 @@ class TorchDetector:
         digest: str,
         device: str | None = None,
         labels: Sequence[int] | None = None,
-        half: bool = False,
     ) -> None:
         self.device = _device(device)
         self._network = network.to(self.device).eval()
-        self._name, self._digest, self._half = name, digest, half
+        self._name, self._digest = name, digest
         self._labels = None if labels is None else np.array([0, *labels])
 
     @property
@@ -72,16 +70,14 @@ class TorchDetector:
         if not frames:
             return []
         images = [torch.tensor(frame, device=self.device).permute(2, 0, 1) / 255 for frame in frames]
-        with torch.autocast(self.device.type, torch.bfloat16, enabled=self._half):
-            outputs = self._network(images)
-        return [self._record(output) for output in outputs]
+        return [self._record(output) for output in self._network(images)]
 
     def _record(self, output: Mapping[str, torch.Tensor]) -> Detections:
         masks = output["masks"][:, 0] >= MASK_THRESHOLD  # (n, 1, H, W) probabilities -> (n, H, W)
         labels = output["labels"].cpu().numpy()
         return Detections(
-            boxes=output["boxes"].float().cpu().numpy(),
-            scores=output["scores"].float().cpu().numpy(),
+            boxes=output["boxes"].cpu().numpy(),
+            scores=output["scores"].cpu().numpy(),
             labels=labels if self._labels is None else self._labels[labels],
             masks=masks.cpu().numpy(),
         )

@@ -8,14 +8,14 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from corsmal.batch import METHOD_VIEWS, DetectionSet, load_detections, load_fit
+from corsmal.batch import DetectionSet, load_detections, load_fit
 from corsmal.dataset import Audio, Dataset, Recording, Video, open_dataset
 from corsmal.detection import filter_detections
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.estimation import Estimate, Fit, container_mask, estimate, fit_frame
 from corsmal.figures import draw_detections, jpeg
 from corsmal.geometry import Camera
-from corsmal.parameters import PAIRS, CentreRule, SelectionParameters, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, PAIRS, CentreRule, SelectionParameters, ShapeParameters
 from corsmal.selection import BestFrame, Pair, select_best_frame
 from corsmal.store import Store, digest, file_fingerprint
 from corsmal.ui import media

@@ -2,10 +2,11 @@
 
 import streamlit as st
 
-from corsmal.batch import METHOD_VIEWS, DetectionSet, detect_recording
+from corsmal.batch import DetectionSet, detect_recording
 from corsmal.dataset import Recording
 from corsmal.demo import DETECTOR_WEIGHTS
 from corsmal.errors import CorsmalError
+from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
 from corsmal.ui import data, session
 from corsmal.ui.components import plain

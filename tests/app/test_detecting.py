@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import corsmal.detection
-from corsmal.batch import METHOD_VIEWS
 from corsmal.detection import Detections
 from corsmal.detection.weights import COCO_WEIGHTS_URL
+from corsmal.parameters import METHOD_VIEWS
 from corsmal.ui import data, demo
 from tests.app.driver import Visitor
 from tests.tiny import CONTAINERS, CUP, FRAMES, base_in_frame, silhouette, tiny_cameras

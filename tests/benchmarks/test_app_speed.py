@@ -11,7 +11,7 @@ import pytest
 from plotly.io.json import to_json_plotly
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from corsmal.batch import METHOD_VIEWS, DetectionSet, load_detections
+from corsmal.batch import DetectionSet, load_detections
 from corsmal.dataset import Recording, Video, open_dataset
 from corsmal.detection import filter_detections
 from corsmal.estimation import container_mask, fit_frame
@@ -23,7 +23,7 @@ from corsmal.figures import (
     reprojection_figure,
     score_figure,
 )
-from corsmal.parameters import PAIRS, SelectionParameters, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, PAIRS, SelectionParameters, ShapeParameters
 from corsmal.selection import BestFrame, select_best_frame
 from corsmal.shape import fit_hull, measure_hull
 from corsmal.store import Store
