@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from corsmal.store import Store
 from tests.tiny import write_tiny_dataset
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
@@ -27,3 +28,16 @@ def real_dataset_root(shared_root: Path) -> Path:
 def tiny_dataset_root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three generated recordings; read only, a test that changes files writes its own."""
     return write_tiny_dataset(tmp_path_factory.mktemp("tiny"))
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    """An empty store of the test's own."""
+    return Store(tmp_path / "cache")
+
+
+@pytest.fixture
+def blocked(tmp_path: Path) -> Store:
+    """A store that cannot be written: its folder would lie beneath a file."""
+    (tmp_path / "file").write_bytes(b"")
+    return Store(tmp_path / "file" / "cache")

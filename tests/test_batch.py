@@ -3,34 +3,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from corsmal import batch
-from corsmal.batch import detect_recording, load_detections, load_fit
+from corsmal.batch import detect_recording, load_detections
 from corsmal.dataset import open_dataset
 from corsmal.detection import Detections
 from corsmal.errors import ArgumentError, FileError
-from corsmal.estimation import fit_frame
-from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, PAIRS
 from corsmal.selection import select_best_frame
 from corsmal.store import Store
+from tests.fakes import FakeDetector
 from tests.tiny import CUP, FRAMES, write_tiny_dataset, write_video
 
 TOTAL = FRAMES * len(METHOD_VIEWS)
-
-
-class FakeDetector:
-    """Finds one cup in every frame, and counts the frames."""
-
-    name = "a test's detector"
-    digest = "1"
-
-    def __init__(self):
-        self.seen = 0
-
-    def detect(self, frames):
-        self.seen += len(frames)
-        mask = np.zeros((1, 360, 640), dtype=bool)
-        mask[0, 150:200, 300:340] = True
-        return [Detections([[300, 150, 340, 200]], [0.9], [CUP], mask) for _ in frames]
 
 
 @pytest.fixture(scope="module")
@@ -46,18 +29,6 @@ def with_files(dataset):
 @pytest.fixture(scope="module")
 def without_files(dataset):
     return dataset["000002"]
-
-
-@pytest.fixture
-def store(tmp_path):
-    return Store(tmp_path / "cache")
-
-
-@pytest.fixture
-def blocked(tmp_path):
-    """A store that cannot be written: its folder would lie beneath a file."""
-    (tmp_path / "file").write_bytes(b"")
-    return Store(tmp_path / "file" / "cache")
 
 
 def inspected(found):
@@ -298,80 +269,3 @@ def test_a_search_of_every_frame_follows_a_coarse_one_without_repeating_it(grey_
 def test_a_step_that_is_not_positive_is_refused(without_files, store):
     with pytest.raises(ArgumentError, match="every must be at least 1, got 0"):
         detect_recording(without_files, FakeDetector(), store=store, every=0)
-
-
-CHOICE = {"pair": PAIRS[0], "frame": 2, "centre_rule": "horizontal third", "shape": ShapeParameters(circumferences=40)}
-
-
-def assert_same(fit, other):
-    assert (fit.pair, fit.frame) == (other.pair, other.frame)
-    for name in ("heights_mm", "radii_mm", "converged", "centroid_m"):
-        np.testing.assert_array_equal(getattr(fit.hull, name), getattr(other.hull, name))
-    for name in ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm", "reason", "bottom", "top"):
-        assert getattr(fit.dimensions, name) == getattr(other.dimensions, name)
-    np.testing.assert_array_equal(fit.dimensions.kept, other.dimensions.kept)
-
-
-def forbid_fitting(monkeypatch):
-    def refuse(*_args, **_choices):
-        raise AssertionError("this should have come from the store")
-
-    monkeypatch.setattr(batch, "fit_frame", refuse)
-
-
-def test_a_fit_is_the_same_from_the_store(with_files, store, monkeypatch):
-    found = load_detections(with_files, store=store)
-    plain = fit_frame(with_files, found.views, **CHOICE)
-    assert plain.ok
-    assert_same(load_fit(with_files, found, **CHOICE, store=store), plain)
-    forbid_fitting(monkeypatch)
-    assert_same(load_fit(with_files, found, **CHOICE, store=store), plain)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"pair": PAIRS[1]},
-        {"frame": 3},
-        {"centre_rule": "none"},
-        {"shape": ShapeParameters(circumferences=40, max_difference_mm=2)},
-    ],
-)
-def test_another_choice_is_another_fit(with_files, store, monkeypatch, change):
-    found = load_detections(with_files, store=store)
-    load_fit(with_files, found, **CHOICE, store=store)
-    forbid_fitting(monkeypatch)
-    with pytest.raises(AssertionError, match="from the store"):
-        load_fit(with_files, found, **{**CHOICE, **change}, store=store)
-
-
-@pytest.mark.parametrize("damage", [lambda _: b"", lambda content: content[:300], lambda _: b"x" * 900])
-def test_a_stored_fit_that_was_damaged_is_fitted_again(with_files, store, damage):
-    found = load_detections(with_files, store=store)
-    plain = load_fit(with_files, found, **CHOICE, store=store)
-    [path] = store.root.rglob("*.npz")
-    path.write_bytes(damage(path.read_bytes()))
-    assert_same(load_fit(with_files, found, **CHOICE, store=store), plain)
-    assert_same(load_fit(with_files, found, **CHOICE, store=Store(store.root)), plain)
-    assert list(store.root.rglob("*.broken"))
-
-
-def test_a_store_that_cannot_be_written_does_not_stop_a_fit(with_files, blocked):
-    found = load_detections(with_files, store=blocked)
-    assert_same(load_fit(with_files, found, **CHOICE, store=blocked), fit_frame(with_files, found.views, **CHOICE))
-    assert "cannot be written" in blocked.problems[-1]
-
-
-def test_a_fit_that_failed_says_why_every_time_and_is_not_kept(with_files, store):
-    found = load_detections(with_files, store=store)
-    for _ in range(2):
-        fit = load_fit(with_files, found, **{**CHOICE, "frame": FRAMES}, store=store)
-        assert fit.dimensions.reason == f"frame {FRAMES} of view3 was not inspected"
-    assert not list(store.root.rglob("*.npz"))
-
-
-def test_a_view_that_the_recording_lacks_is_a_failed_fit(dataset, store):
-    recording = dataset["000001"]
-    found = load_detections(recording, store=store)
-    fit = load_fit(recording, found, **{**CHOICE, "pair": PAIRS[1]}, store=store)
-    assert fit.dimensions.reason == "view2 has no video"

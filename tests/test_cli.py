@@ -2,36 +2,19 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
 from corsmal.batch import load_detections
 from corsmal.dataset import open_dataset
-from corsmal.detection import Detections
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
-from tests.tiny import CUP, FRAMES
+from tests.fakes import FakeDetector
+from tests.tiny import FRAMES
 
 RUNNER = CliRunner()
 WITHOUT_FILES = "000002"
-
-
-class FakeDetector:
-    """Finds one cup in every frame, and counts the frames."""
-
-    name = "a test's detector"
-    digest = "1"
-
-    def __init__(self):
-        self.seen = 0
-
-    def detect(self, frames):
-        self.seen += len(frames)
-        mask = np.zeros((1, 360, 640), dtype=bool)
-        mask[0, 150:200, 300:340] = True
-        return [Detections([[300, 150, 340, 200]], [0.9], [CUP], mask) for _ in frames]
 
 
 @pytest.fixture(autouse=True)

@@ -17,18 +17,6 @@ KEY = digest("a key")
 SIZE = (6, 8)
 
 
-@pytest.fixture
-def store(tmp_path):
-    return Store(tmp_path / "cache")
-
-
-@pytest.fixture
-def blocked(tmp_path):
-    """A store whose folder lies beneath a file, so that nothing can be written."""
-    (tmp_path / "file").write_bytes(b"")
-    return Store(tmp_path / "file" / "cache")
-
-
 def some_view():
     rng = np.random.default_rng(2)
     frames = {}

@@ -9,7 +9,6 @@ import soundfile
 
 from corsmal.dataset import Audio, Video, open_dataset
 from corsmal.errors import FileError, NotFoundError
-from corsmal.store import Store
 from corsmal.ui import media
 from corsmal.ui.media import GAIN, PREVIEW_WIDTH_PX, THUMBNAIL_WIDTH_PX, audio_wav, playable_video, thumbnail
 from tests.tiny import write_video
@@ -18,17 +17,6 @@ from tests.tiny import write_video
 @pytest.fixture(scope="module")
 def recording(tiny_dataset_root):
     return open_dataset(tiny_dataset_root)["000000"]
-
-
-@pytest.fixture
-def store(tmp_path):
-    return Store(tmp_path / "cache")
-
-
-@pytest.fixture
-def blocked(tmp_path):
-    (tmp_path / "file").write_bytes(b"")
-    return Store(tmp_path / "file" / "cache")
 
 
 @pytest.fixture
