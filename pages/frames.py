@@ -3,18 +3,13 @@
 import streamlit as st
 
 from corsmal.figures import score_figure
-from corsmal.ui import controls, data, session, viewer
-from corsmal.ui.components import guarded, notes
-from corsmal.ui.detecting import detection_job
+from corsmal.ui import controls, session, viewer
+from corsmal.ui.components import guarded
+from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import linked_plot, plot_event
 
 st.title("Frames")
-_, recording = session.opened()
-found = data.detections(recording)
-notes(found)
-detection_job(recording, found)
-frames = viewer.longest_view(recording)
-session.keep_frame_within(frames)
+recording, frames = open_detected()
 pair, best = controls.pair_control(recording)
 
 

@@ -3,19 +3,14 @@
 import streamlit as st
 
 from corsmal.figures import hull_figure, profile_figure
-from corsmal.ui import controls, data, session, viewer
-from corsmal.ui.components import guarded, hull_downloads, measures, notes, reprojection
-from corsmal.ui.detecting import detection_job
+from corsmal.ui import controls, data, session
+from corsmal.ui.components import guarded, hull_downloads, measures, reprojection
+from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.tables import truth, truth_profile_mm
 
 st.title("Shape")
-_, recording = session.opened()
-found = data.detections(recording)
-notes(found)
-detection_job(recording, found)
-frames = viewer.longest_view(recording)
-session.keep_frame_within(frames)
+recording, frames = open_detected()
 
 
 @st.fragment

@@ -9,12 +9,24 @@ from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
 from corsmal.ui import data, session
-from corsmal.ui.components import plain
+from corsmal.ui.components import notes, plain
 from corsmal.ui.demo import is_demo
 from corsmal.ui.jobs import Job, progress_text
+from corsmal.ui.viewer import longest_view
 
 DETECTORS = {"coco": "Mask R-CNN, COCO weights", "demo": "small Mask R-CNN of the demo"}
 SEARCH_STEP = 10
+
+
+def open_detected() -> tuple[Recording, int]:
+    """The chosen recording and the number of its frames, under what there is to say and to do about its detections."""
+    _, recording = session.opened()
+    found = data.detections(recording)
+    notes(found)
+    detection_job(recording, found)
+    frames = longest_view(recording)
+    session.keep_frame_within(frames)
+    return recording, frames
 
 
 def detection_job(recording: Recording, found: DetectionSet) -> None:
