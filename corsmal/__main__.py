@@ -105,7 +105,8 @@ def train_detector_command(
     init: Annotated[Path | None, typer.Option(help="Weights to begin with; default: random ones.")] = None,
 ) -> None:
     """Train the demo's detector on rendered frames."""
-    from corsmal.demo.training import DetectorTraining, train_detector  # noqa: PLC0415
+    from corsmal.demo.training import train_detector  # noqa: PLC0415
+    from corsmal.demo.training_frames import DetectorTraining  # noqa: PLC0415
 
     settings = DetectorTraining(
         steps=steps, batch=batch, rate=rate, whole=whole, seed=seed, warm_up=min(200, max(1, steps // 20))

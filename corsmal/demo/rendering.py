@@ -40,11 +40,13 @@ class FrameTruth:
         image: (H, W, 3) uint8 RGB.
         visible: (H, W) bool, the container's pixels that nothing hides.
         amodal: (H, W) bool, all pixels of its silhouette.
+        jug: (H, W) bool, the pixels of the jug (without its handle) that nothing hides.
     """
 
     image: Image
     visible: Mask
     amodal: Mask
+    jug: Mask
 
 
 def render_frame(scene: Scene, view: str, frame: int, *, size: tuple[int, int] = DEMO_SIZE) -> FrameTruth:
@@ -71,11 +73,12 @@ def render_frame(scene: Scene, view: str, frame: int, *, size: tuple[int, int] =
     draw_shadows(image, is_table, _shadows(scene, frame), table_z_m=scene.furniture.table_m[4], rays=rays)
     draw_limbs(image, depth, _limbs(scene, frame), rays=rays, light=scene.light)
     light = light_values(scene.light)
+    jug = np.zeros_like(is_table)
     if np.isfinite(scene.motion.jug_base_m[frame]).all():
         pose = {"base_m": scene.motion.jug_base_m[frame], "rotation": scene.motion.jug_rotation[frame]}
-        draw_vessel(image, depth, _jug(scene.look.jug), **pose, rays=rays, light=light)
+        jug, _ = draw_vessel(image, depth, _jug(scene.look.jug), **pose, rays=rays, light=light)
     visible, amodal = _draw_container(scene, frame, (image, depth), rays=rays, light=light)
-    return FrameTruth(_photographed(image, scene, view, frame), visible, amodal)
+    return FrameTruth(_photographed(image, scene, view, frame), visible, amodal, jug & ~visible)
 
 
 @lru_cache(maxsize=6)

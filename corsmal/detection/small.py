@@ -38,9 +38,11 @@ class SmallMaskRCNNConfig:
         box_head: width of the box head's two layers.
         mask_layers: channels of the mask head's layers.
         mask_side: pixels of the side of a predicted mask, twice that of its features.
+        mask_scale: boxes of this side and larger take their mask's features from stride 16, half of it from stride 8.
         anchor_sizes: sides of the anchors, per level of the proposals (strides 8, 16, 32 and 64), pixels.
         anchor_ratios: height by width.
         labels: COCO numbers of the classes, in the order of the network's outputs (after the background).
+        unreported: further classes, of things that look like containers and are never reported.
         image_side_min: shorter side, pixels.
         image_side_max: longer side, pixels.
 
@@ -54,20 +56,24 @@ class SmallMaskRCNNConfig:
     box_head: int = 256
     mask_layers: tuple[int, ...] = (64, 64, 64)
     mask_side: int = 28
+    mask_scale: int = 224
     anchor_sizes: tuple[tuple[int, ...], ...] = ((20, 32), (48, 72), (104, 150), (200, 260))
     anchor_ratios: tuple[float, ...] = (1.0, 1.6, 2.6)
     labels: tuple[int, ...] = (44, 46, 47, 84, 86)
+    unreported: int = 0
     image_side_min: int = 360
     image_side_max: int = 640
 
     def __post_init__(self) -> None:
-        sizes = (self.pyramid, self.box_head, self.mask_side, self.image_side_min, self.image_side_max)
+        sizes = (self.pyramid, self.box_head, self.mask_side, self.mask_scale, self.image_side_min, self.image_side_max)
         whole = (*self.widths, *self.blocks, *self.mask_layers, *self.labels, *sizes)
         sides = (*self.anchor_ratios, *chain.from_iterable(self.anchor_sizes))
         if not all(type(number) is int and number > 0 for number in whole) or self.mask_side % 2:
             raise ArgumentError(f"config must hold positive whole numbers and an even mask_side, got {self}")
         if not all(isinstance(number, int | float) and 0 < number < math.inf for number in sides):
             raise ArgumentError(f"anchor_sizes and anchor_ratios must be positive numbers, got {self}")
+        if type(self.unreported) is not int or self.unreported < 0:
+            raise ArgumentError(f"unreported must be a whole number, 0 or more, got {self.unreported!r}")
         if not len(self.widths) == len(self.blocks) == len(self.anchor_sizes) == LEVELS:
             raise ArgumentError(f"widths, blocks and anchor_sizes must be given for {LEVELS} levels, got {self}")
         if not (self.mask_layers and self.labels and self.anchor_ratios and all(self.anchor_sizes)):
@@ -157,7 +163,7 @@ def small_mask_rcnn(config: SmallMaskRCNNConfig | None = None, *, score_min: flo
         score_min: detections with a lower score are not returned.
     """
     config = config or SmallMaskRCNNConfig()
-    classes = len(config.labels) + 1
+    classes = len(config.labels) + config.unreported + 1
     network = MaskRCNN(
         Pyramid(config),
         num_classes=None,
@@ -174,11 +180,11 @@ def small_mask_rcnn(config: SmallMaskRCNNConfig | None = None, *, score_min: flo
         box_roi_pool=MultiScaleRoIAlign(["0", "1", "2", "3"], output_size=7, sampling_ratio=2, canonical_scale=112),
         box_head=TwoMLPHead(config.pyramid * 49, config.box_head),
         box_predictor=FastRCNNPredictor(config.box_head, classes),
-        box_batch_size_per_image=64,
+        box_batch_size_per_image=32,
         box_score_thresh=score_min,
         box_detections_per_img=10,
         mask_roi_pool=MultiScaleRoIAlign(
-            ["0", "1", "2", "3"], output_size=config.mask_side // 2, sampling_ratio=2, canonical_scale=224
+            ["0", "1", "2", "3"], output_size=config.mask_side // 2, sampling_ratio=2, canonical_scale=config.mask_scale
         ),
         mask_head=MaskRCNNHeads(config.pyramid, config.mask_layers, 1),
         mask_predictor=MaskRCNNPredictor(config.mask_layers[-1], config.mask_layers[-1], classes),
@@ -211,7 +217,7 @@ class SmallDetector(TorchDetector):
             name=f"small Mask R-CNN, weights {weights.name}",
             digest=f"small Mask R-CNN {file_sha256(weights)}, score {score_min!r}",
             device=device,
-            labels=config.labels,
+            labels=(*config.labels, *(0,) * config.unreported),
         )
 
 

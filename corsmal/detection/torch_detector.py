@@ -21,7 +21,8 @@ class TorchDetector:
         name: for people: the method and its weights.
         digest: of the weights' content and the settings that the detections depend on.
         device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
-        labels: COCO number of each of the network's classes, the background left out; default: they are the same.
+        labels: COCO number of each of the network's classes, the background left out, 0 for a class that is not to be
+            reported; default: they are the same.
 
     Raises:
         ArgumentError: there is no such device.
@@ -73,12 +74,14 @@ class TorchDetector:
         return [self._record(output) for output in self._network(images)]
 
     def _record(self, output: Mapping[str, torch.Tensor]) -> Detections:
-        masks = output["masks"][:, 0] >= MASK_THRESHOLD  # (n, 1, H, W) probabilities -> (n, H, W)
         labels = output["labels"].cpu().numpy()
+        labels = labels if self._labels is None else self._labels[labels]
+        reported = labels > 0
+        masks = output["masks"][torch.from_numpy(reported), 0] >= MASK_THRESHOLD  # (n, 1, H, W) probabilities
         return Detections(
-            boxes=output["boxes"].cpu().numpy(),
-            scores=output["scores"].cpu().numpy(),
-            labels=labels if self._labels is None else self._labels[labels],
+            boxes=output["boxes"].cpu().numpy()[reported],
+            scores=output["scores"].cpu().numpy()[reported],
+            labels=labels[reported],
             masks=masks.cpu().numpy(),
         )
 

@@ -101,6 +101,23 @@ def test_every_class_of_the_network_is_a_coco_number(weights, monkeypatch):
     assert found.labels.tolist() == [44, 46, 47, 84, 86]
 
 
+def test_classes_that_are_not_to_be_reported_are_left_out(tmp_path, monkeypatch):
+    config = SmallMaskRCNNConfig(labels=(47,), unreported=1)
+    save_weights(tmp_path / "weights.safetensors", small_mask_rcnn(config), config)
+    detector = SmallDetector(tmp_path / "weights.safetensors", device="cpu")
+    answer = {
+        "boxes": torch.tensor([[2.0, 3, 8, 9], [4, 5, 6, 7], [1, 1, 4, 4]]),
+        "scores": torch.tensor([0.9, 0.8, 0.7]),
+        "labels": torch.tensor([2, 1, 2]),
+        "masks": torch.full((3, 1, 90, 160), 0.7),
+    }
+    monkeypatch.setattr(detector, "_network", lambda _: [answer])
+    [found] = detector.detect([image(160, 90)])
+    assert found.labels.tolist() == [47]
+    assert found.boxes.tolist() == [[4, 5, 6, 7]]
+    assert found.masks.shape == (1, 90, 160)
+
+
 def test_images_of_different_sizes_go_together_and_none_gives_nothing(weights):
     detector = SmallDetector(weights, device="cpu", score_min=0.0)
     together = detector.detect([image(160, 90), image(320, 180, seed=1)])
@@ -172,6 +189,8 @@ def test_weights_without_a_config_are_an_error(write, metadata):
         {"anchor_ratios": [-1.0]},
         {"mask_side": 13},
         {"labels": None},
+        {"unreported": -1},
+        {"unreported": 0.5},
         {"labels": ["cup", "glass", "box", "jug", "vase"]},
         {"anchor_sizes": [[20], [40]]},
         {"anchor_ratios": ["x"]},
