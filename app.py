@@ -3,7 +3,7 @@
 import streamlit as st
 from streamlit.runtime.pages_manager import PagesManager
 
-from corsmal.ui import session
+from corsmal.ui import demo, session
 from corsmal.ui.routes import routes
 
 
@@ -32,4 +32,6 @@ if __name__ == "__main__":
     main()
 else:
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through this file, too
+    if demo.is_demo(session.default_folder()):
+        demo.begin_ahead()
     app = st.App(__file__, routes=routes())

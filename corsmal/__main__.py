@@ -74,11 +74,16 @@ def detect(
 
 
 @app.command()
-def budget(root: Root) -> None:
+def budget(
+    root: Root,
+    scatter: Annotated[Path | None, typer.Option(help="HTML file for View Scores against errors.")] = None,
+) -> None:
     """Show which stage of the geometry loses what, on a demo whose containers were detected."""
     from corsmal.batch import load_detections  # noqa: PLC0415
     from corsmal.dataset import open_dataset  # noqa: PLC0415
     from corsmal.demo.budget import budget_table, geometry_budget, score_against_error  # noqa: PLC0415
+    from corsmal.figures.scores import score_error_figure  # noqa: PLC0415
+    from corsmal.files import writing  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
 
     dataset, store = open_dataset(root), Store()
@@ -91,6 +96,9 @@ def budget(root: Root) -> None:
     scores = score_against_error(dataset)
     correlation = scores["rank"].corr(scores["error_rank"])
     typer.echo(f"View Score against error of a frame, rank correlation within recordings: {correlation:+.2f}")
+    if scatter is not None:
+        with writing(scatter, advice="choose another file") as part:
+            score_error_figure(scores).write_html(part, include_plotlyjs=True, config={"showSendToCloud": False})
 
 
 @train.command("detector")

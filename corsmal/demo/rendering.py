@@ -16,13 +16,16 @@ from corsmal.demo.looks import Colour
 from corsmal.demo.person import chair_limbs, jug_handle, person_limbs
 from corsmal.demo.profiles import Profile
 from corsmal.demo.room import Shadow, draw_room, draw_shadows
-from corsmal.demo.scene import Scene
+from corsmal.demo.scene import Scene, make_scene
 from corsmal.demo.shading import Depth, Image, Mask, Rays, light_values
 from corsmal.demo.vessels import FILLING_COLOURS, Vessel, draw_vessel
 from corsmal.errors import ArgumentError, NotFoundError
 
 DEMO_SIZE = (640, 360)
 """Width and height of the demo's videos, in pixels."""
+
+KERNELS = ("vessels", "limbs")
+"""What takes seconds to compile, the slowest first."""
 
 BLUR_SIGMA_PX, NOISE_SIGMA = 0.62, 1.8
 _MARGIN_PX = 64
@@ -79,6 +82,27 @@ def render_frame(scene: Scene, view: str, frame: int, *, size: tuple[int, int] =
         jug, _ = draw_vessel(image, depth, _jug(scene.look.jug), **pose, rays=rays, light=light)
     visible, amodal = _draw_container(scene, frame, (image, depth), rays=rays, light=light)
     return FrameTruth(_photographed(image, scene, view, frame), visible, amodal, jug & ~visible)
+
+
+def compile_kernels(first: str) -> None:
+    """Compile the slowest kernels of one kind by drawing something small.
+
+    Args:
+        first: one of ``KERNELS``.
+
+    Raises:
+        ArgumentError: there is no such kind.
+    """
+    if first not in KERNELS:
+        raise ArgumentError(f"first must be one of {', '.join(KERNELS)}, got {first!r}")
+    scene = make_scene(0, container=1)
+    rays = Rays.of(scene.camera("view3", (32, 18)))
+    picture = np.zeros((18, 32, 3), np.uint8), np.full((18, 32), np.inf, np.float32)
+    if first == "limbs":
+        draw_limbs(*picture, pack_limbs(chair_limbs(scene.look)), rays=rays, light=scene.light)
+    else:
+        pose = {"base_m": scene.motion.base_m[0], "rotation": scene.motion.rotation[0]}
+        draw_vessel(*picture, _jug(scene.look.jug), **pose, rays=rays, light=light_values(scene.light))
 
 
 @lru_cache(maxsize=6)

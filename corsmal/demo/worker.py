@@ -1,9 +1,11 @@
 """A process that makes parts of recordings: tasks come as lines of JSON, answers go back as lines of JSON.
 
 Processes are started as ``python -m corsmal.demo.worker`` and not by ``multiprocessing``, whose children would run the
-main module of the program that asks (an app's script, say) once more.
+main module of the program that asks (an app's script, say) once more. They share what they compile, and begin with
+different kernels.
 """
 
+import importlib.metadata
 import json
 import os
 import queue
@@ -16,7 +18,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from corsmal.demo.files import write_part
+from corsmal.demo.kernels import CACHE_VARIABLE
 from corsmal.demo.plan import PlannedRecording
+from corsmal.demo.rendering import KERNELS, compile_kernels
+from corsmal.digests import digest
 from corsmal.errors import CorsmalError, FileError
 
 _POLL_S = 0.1
@@ -47,15 +52,21 @@ class Task:
 
 
 class Worker:
-    """A process that runs tasks one after the other; started with the first, stopped by ``close``."""
+    """A process that runs tasks one after the other; stopped by ``close``.
 
-    def __init__(self) -> None:
+    Args:
+        number: of the process: those with different numbers begin by compiling different kernels.
+        folder: where processes keep what they compiled for each other.
+    """
+
+    def __init__(self, number: int, folder: Path) -> None:
         path = os.pathsep.join(filter(None, [str(_PACKAGE_PARENT), os.environ.get("PYTHONPATH")]))
+        kept = os.environ.get(CACHE_VARIABLE) or str(folder / f"kernels-{_sources_digest()}")
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "corsmal.demo.worker"],
+            [sys.executable, "-m", "corsmal.demo.worker", KERNELS[number % len(KERNELS)]],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env=os.environ | {"PYTHONPATH": path},
+            env=os.environ | {"PYTHONPATH": path, CACHE_VARIABLE: kept},
             text=True,
         )
 
@@ -127,8 +138,8 @@ def _run_in_processes(
         waiting.put(task)
     workers: list[Worker] = []
     try:
-        for _ in range(processes):
-            workers.append(Worker())
+        for number in range(processes):
+            workers.append(Worker(number, Path(tasks[0].folder)))
             threading.Thread(target=_lead, args=(workers[-1], waiting, answers), daemon=True).start()
         for _ in tasks:
             answer = _next(answers, cancelled)
@@ -172,10 +183,19 @@ def _next(
     return None
 
 
+def _sources_digest() -> str:
+    """Of all that compiled kernels depend on; Numba itself looks at one file at a time."""
+    sources = sorted(Path(__file__).parent.glob("*.py"))
+    return digest(
+        "kernels", importlib.metadata.version("numba"), [path.read_text(encoding="utf-8") for path in sources]
+    )
+
+
 def main() -> None:
-    """Run the tasks that come in until there are no more."""
+    """Compile, then run the tasks that come in until there are no more."""
     # an interrupt from the keyboard reaches the whole group: the process that asked decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    compile_kernels(*sys.argv[1:])
     for line in sys.stdin:
         content = json.loads(line)
         planned = PlannedRecording(**content["planned"] | {"filling": tuple(content["planned"]["filling"])})

@@ -20,7 +20,7 @@ FORMAT = 1
 SETTINGS_FILE = Path("truth", "demo.json")
 ANNOTATION_FILE = Path("ccm_demo_annotation.json")
 STAGING = ".making"
-_FIRST_SPLIT = (("view3",), ("view1", "view2"), ("sound",))
+_FIRST_SPLIT = (("view3",), ("sound",), ("view1",), ("view2",))
 """Who waits for the first recording waits for all of it: several processes share it."""
 
 

@@ -1,5 +1,7 @@
 """The score of every frame of a pair of views, with its parts."""
 
+import pandas as pd
+import plotly.express as px
 import plotly.graph_objects as go
 
 from corsmal.figures.style import BEST, PENALTY, TOTAL, TRUTH, VIEW_COLOURS, Part, axis, plain_layout
@@ -56,6 +58,28 @@ def score_figure(best: BestFrame, *, frame: int | None = None) -> go.Figure:
     if frame is not None:
         layout["shapes"] = [_cursor(frame)]
     return go.Figure(traces, layout)
+
+
+def score_error_figure(table: pd.DataFrame) -> go.Figure:
+    """Is the best frame a good one: the error of the fit in a frame against the frame's View Score.
+
+    Args:
+        table: a row per frame with columns ``container``, ``recording``, ``frame``, ``score`` (pixels) and
+            ``error_pct`` (mean of the four quantities' absolute errors).
+
+    Returns:
+        One point per frame, coloured by container.
+    """
+    figure = px.scatter(
+        table,
+        x="score",
+        y="error_pct",
+        color="container",
+        hover_data=["recording", "frame"],
+        opacity=0.55,
+        labels={"score": "score of the pair (pixels)", "error_pct": "mean error of the four quantities (%)"},
+    )
+    return figure.update_layout(plain_layout(legend={"title": {"text": ""}}))
 
 
 def _line(frames: list[int], pixels: list[int | None], **changes: object) -> Part:

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -25,13 +26,13 @@ PICTURE_WIDTH_PX = 960
 """Frames are sent this wide at most: three of them side by side fill a large screen."""
 
 
-@st.cache_resource
+@cache
 def store() -> Store:
     """The store of this server."""
     return Store()
 
 
-@st.cache_resource
+@cache
 def jobs() -> Jobs:
     """The background jobs of this server."""
     return Jobs()

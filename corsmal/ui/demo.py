@@ -34,6 +34,12 @@ def is_coming() -> bool:
     return job is not None and job.active and not is_ready()
 
 
+def begin_ahead() -> None:
+    """Begin to make a demo that is not there before the first page is asked for: a browser takes seconds to come."""
+    if not is_ready():
+        _start()
+
+
 def make_demo() -> None:
     """Make the demo, or finish one that was stopped half-way; show how far it is, and say that it is synthetic."""
     st.info("The built-in demo: **synthetic** people, containers and sounds.", icon=":material/science:")

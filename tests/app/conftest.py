@@ -70,5 +70,7 @@ def _end_jobs() -> None:
 
 
 def _clear_caches() -> None:
+    data.jobs.cache_clear()
+    data.store.cache_clear()
     st.cache_data.clear()
     st.cache_resource.clear()

@@ -85,12 +85,23 @@ def test_second_start_uses_what_is_there(making: Making) -> None:
     Visitor().wait_for(is_at_rest)
     video = demo.demo_folder() / "view3" / "rgb" / "000000.mp4"
     made_ns = video.stat().st_mtime_ns
-    data.jobs.clear()
-    data.store.clear()
+    data.jobs.cache_clear()
+    data.store.cache_clear()
     visitor = Visitor()
     assert is_shown(visitor)
     visitor.wait_for(is_at_rest)
     assert video.stat().st_mtime_ns == made_ns
+
+
+def test_demo_begun_ahead_of_the_first_visitor_is_the_one_that_visitors_see(making: Making) -> None:
+    demo.begin_ahead()
+    visitor = Visitor()
+    assert visitor.progress
+    making.gate.set()
+    visitor.wait_for(is_shown)
+    visitor.wait_for(is_at_rest)
+    demo.begin_ahead()  # it is there: nothing is begun
+    assert making.calls == 1
 
 
 def test_two_visitors_start_one_job_and_both_watch_it(making: Making) -> None:

@@ -144,7 +144,7 @@ def test_arguments_that_cannot_be_are_refused(arguments, tmp_path):
 def test_a_worker_process_makes_the_same_and_reports_what_fails(tmp_path, demo_root):
     planned = demo_plan(containers=(9, 2), recordings_per_container=1)[1]
     (tmp_path / "file").write_text("", encoding="utf-8")
-    worker = Worker()
+    worker = Worker(0, tmp_path / "kernels")
     try:
         worker.run(Task(planned, ("sound",), str(tmp_path / "made"), (64, 36)))
         with pytest.raises(FileError, match="cannot be written"):

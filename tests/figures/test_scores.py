@@ -1,4 +1,7 @@
+import pandas as pd
+
 from corsmal.figures import score_figure
+from corsmal.figures.scores import score_error_figure
 from corsmal.selection import BestFrame, FrameScore
 from tests.figures.made import traces
 
@@ -44,3 +47,20 @@ def test_no_best_frame_and_no_inspected_frame_are_drawn_too():
     assert not any("best" in name for name in traces(score_figure(none)))
     empty = score_figure(BestFrame(PAIR, None, "none", (), "no inspected frame"), frame=3)
     assert [trace.x for trace in empty.data] == [()] * 4
+
+
+def test_every_frame_is_a_point_of_its_container():
+    table = pd.DataFrame(
+        {
+            "container": ["red cup", "red cup", "flute"],
+            "recording": ["000000", "000000", "000005"],
+            "frame": [0, 3, 0],
+            "score": [900, 700, 300],
+            "error_pct": [12.0, 15.0, 40.0],
+        }
+    )
+    found = traces(score_error_figure(table))
+    assert found.keys() == {"red cup", "flute"}
+    assert list(found["red cup"].x) == [900, 700]
+    assert list(found["red cup"].y) == [12, 15]
+    assert found["flute"].customdata.tolist() == [["000005", 0]]
