@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 train = typer.Typer(no_args_is_help=True, help="Train a network.")
 app.add_typer(train, name="train")
+evaluate = typer.Typer(no_args_is_help=True, help="Measure how good a stage is.")
+app.add_typer(evaluate, name="evaluate")
 console = Console(stderr=True)
 
 Root = Annotated[Path, typer.Argument(help="Dataset folder.")]
@@ -121,6 +123,22 @@ def train_detector_command(
     )
     path = train_detector(folder, settings, init=init)
     console.print(Text(f"Weights: {path}"), soft_wrap=True)
+
+
+@evaluate.command("detector")
+def evaluate_detector_command(
+    weights: Annotated[Path | None, typer.Argument(help="Weights; default: those that came along.")] = None,
+    *,
+    frames: Annotated[int, typer.Option(help="How many frames of the demo.", min=1)] = 200,
+) -> None:
+    """Measure the demo's detector on frames of the demo that it has not seen."""
+    from corsmal.demo.detector_report import detector_report, detector_table  # noqa: PLC0415
+
+    with progress_bar("frames") as progress:
+        report = detector_report(make_detector(weights, is_demo=True), frames=frames, progress=progress)
+    typer.echo(detector_table(report).round(3).to_string())
+    worst = report[report["asked"]].fillna({"iou": 0.0}).sort_values("iou").head(10)
+    typer.echo(f"\nThe worst frames:\n{worst.to_string(index=False)}")
 
 
 def make_detector(weights: Path | None, *, is_demo: bool) -> "Detector":

@@ -16,7 +16,7 @@ LINES_MAX = 260
 FLOORS = (
     ("errors",),
     ("geometry", "parameters", "digests", "files"),
-    ("dataset",),
+    ("dataset", "networks"),
     ("detection",),
     ("selection", "shape", "mass", "filling"),
     ("estimation", "store"),

@@ -1,0 +1,182 @@
+"""The estimates table: what a run says about every recording, a row each."""
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from corsmal.errors import ArgumentError, FileError
+from corsmal.evaluation.checking import (
+    QUANTITIES,
+    Checked,
+    as_recording_id,
+    listed,
+    numbers_of,
+    rows_of,
+)
+from corsmal.evaluation.metrics import CLASS_NAMES
+from corsmal.files import writing
+
+ID_COLUMN = "recording_id"
+FAILED = ("training means", "failed")
+"""The states of an estimate whose container could not be measured, whatever numbers it holds."""
+
+_TEXTS = ("status", "pair", "notes")
+_MASSES = ("filling_mass_g", "object_mass_g")
+_PROBABILITIES = (*(f"type_p{number}" for number in range(4)), *(f"level_p{number}" for number in range(3)))
+_WHOLE = (*CLASS_NAMES, "best_frame")
+
+ESTIMATE_COLUMNS = (
+    ID_COLUMN,
+    "status",
+    *QUANTITIES,
+    *CLASS_NAMES,
+    *_MASSES,
+    *_PROBABILITIES,
+    "best_frame",
+    "pair",
+    "notes",
+)
+"""The table's columns in order. Quantities are mL, mm and g; classes are numbered as in the annotation; ``type_p0`` to
+``level_p2`` are probabilities; ``best_frame`` and ``pair`` say where the hull comes from, ``notes`` what went wrong.
+−1, NaN or nothing: no estimate."""
+
+
+def estimates_table(rows: Iterable[Mapping[str, Any]] | pd.DataFrame) -> pd.DataFrame:
+    """Rows as an estimates table.
+
+    Args:
+        rows: one per recording, with keys of ``ESTIMATE_COLUMNS``; all but ``recording_id`` may be absent.
+
+    Returns:
+        All of ``ESTIMATE_COLUMNS`` in order, then what else the rows have. Numbers that cannot be read as such are
+        left as they are, for ``check_estimates`` to name.
+
+    Raises:
+        ArgumentError: there is no ``recording_id``.
+    """
+    table = pd.DataFrame(rows if isinstance(rows, pd.DataFrame) else list(rows))
+    if ID_COLUMN not in table and len(table):
+        raise ArgumentError(
+            f"rows must have a {ID_COLUMN!r}, got {', '.join(map(str, table.columns[:8])) or 'nothing'}"
+        )
+    extra = [name for name in table.columns if name not in ESTIMATE_COLUMNS]
+    table = table.reindex(columns=[*ESTIMATE_COLUMNS, *extra])
+    typed = {name: _typed(table[name], name) for name in ESTIMATE_COLUMNS}
+    return pd.DataFrame({**typed, **{name: table[name] for name in extra}})
+
+
+def check_estimates(estimates: pd.DataFrame, recordings: pd.Index) -> Checked:
+    """What an estimates table says about the recordings of an annotation.
+
+    Args:
+        estimates: with columns of ``ESTIMATE_COLUMNS``; all but ``recording_id`` may be absent.
+        recordings: ids of the annotation's recordings.
+
+    Returns:
+        The recordings that both have, in the annotation's order: numbers as float with NaN where there is no estimate,
+        text with empty strings; and sentences on what was absent or unusable.
+
+    Raises:
+        ArgumentError: the table has no ids, or no recording of the annotation.
+    """
+    rows = rows_of(estimates, recordings, id_column=ID_COLUMN, what="estimates")
+    notes, given = list(rows.notes), rows.table
+    absent = recordings.difference(given.index)
+    if len(absent):
+        notes.append(f"estimates: there is no row for {listed(absent)}; not evaluated")
+    if "status" not in given:
+        notes.append("estimates: there is no column 'status'; a recording counts as failed where a number is missing")
+    scored = numbers_of(given, {name: name for name in (*QUANTITIES, *CLASS_NAMES)}, what="estimates")
+    rest = [name for name in (*_MASSES, *_PROBABILITIES, "best_frame") if name in given]
+    others = numbers_of(given, {name: name for name in rest}, what="estimates")
+    texts = {name: _typed(given[name], name) if name in given else "" for name in _TEXTS}
+    table = pd.concat([scored.table, others.table.reindex(columns=[*_MASSES, *_PROBABILITIES, "best_frame"])], axis=1)
+    table = table.assign(**texts).reindex(columns=list(ESTIMATE_COLUMNS[1:]))
+    in_order = table.reindex(recordings[recordings.isin(table.index)])
+    return Checked(in_order, (*notes, *scored.notes, *others.notes))
+
+
+def read_estimates(path: str | Path) -> pd.DataFrame:
+    """Read an estimates table.
+
+    Args:
+        path: a ``.json`` (a list of rows), ``.csv`` or ``.parquet`` file.
+
+    Returns:
+        As ``estimates_table``.
+
+    Raises:
+        ArgumentError: the file's name ends otherwise.
+        FileError: the file is absent, broken or has no recordings' ids.
+    """
+    path = Path(path)
+    read, _ = _format_of(path)
+    try:
+        return estimates_table(read(path))
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
+    except (ValueError, TypeError, RecursionError) as error:
+        raise FileError(path, f"is no table of estimates ({error}); make it again") from error
+
+
+def write_estimates(estimates: pd.DataFrame, path: str | Path) -> None:
+    """Write an estimates table.
+
+    Args:
+        estimates: with columns of ``ESTIMATE_COLUMNS``.
+        path: a ``.json``, ``.csv`` or ``.parquet`` file; an older one is replaced.
+
+    Raises:
+        ArgumentError: the table has no recordings' ids, or the file's name ends otherwise.
+        FileError: the file cannot be written.
+    """
+    path, table = Path(path), estimates_table(estimates)
+    _, write = _format_of(path)
+    with writing(path, advice="choose another folder") as part:
+        write(table, part)
+
+
+def _typed(column: pd.Series, name: str) -> pd.Series:
+    if name == ID_COLUMN:
+        return column.map(lambda value: as_recording_id(value) or str(value)).astype("str")
+    if name in _TEXTS:
+        return column.astype("object").where(column.notna(), "").astype("str")
+    try:
+        numbers = pd.to_numeric(column).astype("float64")
+    except (ValueError, TypeError):
+        return column
+    is_whole = name in _WHOLE and bool((numbers.isna() | (numbers == numbers.round())).all())
+    return numbers.astype("Int64") if is_whole else numbers
+
+
+def _read_json(path: Path) -> pd.DataFrame:
+    content = json.loads(path.read_text(encoding="utf-8"))
+    if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
+        raise ArgumentError("a list of rows was expected")
+    return pd.DataFrame(content)
+
+
+def _write_json(table: pd.DataFrame, path: Path) -> None:
+    rows = table.astype("object").where(table.notna(), None).to_dict("records")
+    path.write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
+
+
+_Reader = Callable[[Path], pd.DataFrame]
+_Writer = Callable[[pd.DataFrame, Path], None]
+_FORMATS: dict[str, tuple[_Reader, _Writer]] = {
+    ".json": (_read_json, _write_json),
+    ".csv": (
+        lambda path: pd.read_csv(path, dtype={ID_COLUMN: "str"}),
+        lambda table, path: table.to_csv(path, index=False),
+    ),
+    ".parquet": (pd.read_parquet, lambda table, path: table.to_parquet(path, index=False)),
+}
+
+
+def _format_of(path: Path) -> tuple[_Reader, _Writer]:
+    if path.suffix.lower() not in _FORMATS:
+        raise ArgumentError(f"path must end in {', '.join(_FORMATS)}, got {path.name!r}")
+    return _FORMATS[path.suffix.lower()]

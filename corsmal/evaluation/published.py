@@ -1,0 +1,124 @@
+"""Published figures to compare with: the paper's Tables 2 and 3, and the challenge's leaderboard."""
+
+from functools import cache
+from pathlib import Path
+from typing import Literal, get_args
+
+import pandas as pd
+
+from corsmal.errors import ArgumentError
+from corsmal.evaluation.challenge import overall_score
+from corsmal.evaluation.tables import METRICS
+
+LeaderboardSplit = Literal["public", "private", "combined"]
+LEADERBOARD_SPLITS: tuple[LeaderboardSplit, ...] = get_args(LeaderboardSplit)
+
+THIS_PAPER = "KEIO-ICS"
+"""The team of the paper on the leaderboard."""
+
+SCORE_NAMES = {
+    "s1": "filling_level",
+    "s2": "filling_type",
+    "s3": "capacity",
+    "s4": "width_top",
+    "s5": "width_bottom",
+    "s6": "height",
+    "s7": "container_mass",
+    "s8": "filling_mass",
+}
+"""The leaderboard's columns, by score."""
+
+_TASKS = (
+    ("filling_level",),
+    ("filling_type",),
+    ("capacity",),
+    ("container_mass",),
+    ("width_top", "width_bottom", "height"),
+)
+"""The columns of the challenge's five tasks."""
+
+
+def paper_table_2() -> pd.DataFrame:
+    """The paper's Table 2, in %: the columns of ``container_table`` without the counts, its last row ``Average``."""
+    return _read("paper_table2").astype({"container_id": "Int64"})
+
+
+def paper_table_3() -> pd.DataFrame:
+    """The paper's Table 3: the challenge's scores in % on its ``public`` and ``private`` sets, a row each."""
+    return _read("paper_table3")
+
+
+def leaderboard(split: LeaderboardSplit) -> pd.DataFrame:
+    """The challenge's leaderboard on one of its sets.
+
+    Args:
+        split: ``public``, ``private`` or both ``combined``.
+
+    Returns:
+        A row per team, scores in %: ``team``, the columns of ``SCORE_NAMES``, ``object_safety`` and
+        ``delivery_accuracy`` (the simulator's), ``overall`` as published, and ``overall_without_simulator``, which is
+        what ``challenge_scores`` calls overall: the one to compare with.
+
+    Raises:
+        ArgumentError: the split is unknown.
+    """
+    if split not in LEADERBOARD_SPLITS:
+        raise ArgumentError(f"split must be one of {', '.join(LEADERBOARD_SPLITS)}, got {split!r}")
+    table = _read("challenge_leaderboard")
+    table = table[table["split"] == split].drop(columns="split").reset_index(drop=True)
+    scores = {score: table[name] for score, name in SCORE_NAMES.items()}
+    simulator = ["object_safety", "delivery_accuracy"]
+    order = ["team", *SCORE_NAMES.values(), *simulator, "overall"]
+    return table[order].assign(overall_without_simulator=overall_score(scores))
+
+
+def leaderboard_with(scores: pd.Series, *, split: LeaderboardSplit, name: str) -> pd.DataFrame:
+    """The leaderboard with one more row, the best first.
+
+    Args:
+        scores: from ``challenge_scores``.
+        split: which leaderboard.
+        name: what the row is called in the column ``team``.
+
+    Returns:
+        As ``leaderboard``, sorted by ``overall_without_simulator``, the new row without what only the simulator gives.
+    """
+    row = {"team": name} | {column: scores[score] for score, column in SCORE_NAMES.items()}
+    row["overall_without_simulator"] = scores["overall"]
+    table = leaderboard(split)
+    table.loc[len(table)] = pd.Series(row).reindex(table.columns)
+    numbers = dict.fromkeys(table.columns.drop("team"), "float64")
+    return table.astype(numbers).sort_values("overall_without_simulator", ascending=False, ignore_index=True)
+
+
+def attempted_share(table: pd.DataFrame) -> pd.Series:
+    """The share of the five tasks that each team of a leaderboard attempted, 0 to 1.
+
+    The published overall score weighs the simulator's two scores with it.
+    """
+    done = pd.DataFrame({task[0]: table[list(task)].gt(0).any(axis=1) for task in _TASKS})
+    return done.mean(axis=1)
+
+
+def beside_paper(table: pd.DataFrame) -> pd.DataFrame:
+    """Table 2 minus the paper's, in percentage points.
+
+    Args:
+        table: from ``container_table``.
+
+    Returns:
+        The same rows and columns without the counts; NaN where the paper has no such container.
+    """
+    metrics = list(METRICS)
+    paper = paper_table_2().set_index("container_id")[metrics]
+    difference = table.set_index("container_id")[metrics] - paper.reindex(table["container_id"])
+    return pd.concat([table[["container_id", "container"]], difference.reset_index(drop=True)], axis=1)
+
+
+@cache
+def _table(name: str) -> pd.DataFrame:
+    return pd.read_csv(Path(__file__).with_name(f"{name}.csv"))
+
+
+def _read(name: str) -> pd.DataFrame:
+    return _table(name).copy()

@@ -1,0 +1,79 @@
+"""Estimates beside the truth, recording by recording: what every table is made from, and what lies behind its cells."""
+
+import pandas as pd
+
+from corsmal.evaluation.checking import QUANTITIES, listed, truth_table
+from corsmal.evaluation.estimates import FAILED, check_estimates
+from corsmal.evaluation.metrics import CLASS_NAMES, relative_errors
+
+ERROR_COLUMNS = {
+    "capacity_ml": "capacity_error_percent",
+    "width_top_mm": "width_top_error_percent",
+    "width_bottom_mm": "width_bottom_error_percent",
+    "height_mm": "height_error_percent",
+    "container_mass_g": "container_mass_error_percent",
+}
+"""The error table's column of each quantity."""
+
+
+def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame) -> pd.DataFrame:
+    """How far off each estimate is.
+
+    Args:
+        estimates: with columns of ``ESTIMATE_COLUMNS``; all but ``recording_id`` may be absent.
+        annotation: a dataset's table, or the columns of the annotation file.
+
+    Returns:
+        Indexed by ``recording_id``, the recordings that both have:
+
+        - ``container_id``, ``container``, ``kind``; the estimate's ``status``, ``pair``, ``notes`` and ``best_frame``;
+        - ``failed``: the container could not be measured, or there is no estimate of something that the run estimates;
+        - ``*_error_percent``: 100 (estimate − truth) / truth, NaN where either is missing. Training means that stand in
+          for a failed fit are estimates like others: ``failed`` tells them apart;
+        - ``filling_type``, ``filling_level`` (predicted), the same with ``_true``, and with ``_correct``: NA where the
+          truth is unknown or the run does not classify at all; false where it does and has no answer;
+        - ``filling_mass_error_g``: estimate − truth, NaN where either is missing.
+
+        ``attrs["notes"]`` holds sentences on what was missing or left out.
+
+    Raises:
+        ArgumentError: a table has no ids, or they have no recording in common.
+    """
+    known = truth_table(annotation)
+    checked = check_estimates(estimates, known.index)
+    table, truth = checked.table, known.loc[checked.table.index]
+    notes = list(checked.notes)
+    is_failed = table["status"].isin(FAILED)
+    for name in (*QUANTITIES, *CLASS_NAMES):
+        if table[name].notna().any():
+            is_failed |= table[name].isna()
+        else:
+            notes.append(
+                f"estimates: there is no {name} for any recording; its cells are empty and it counts no failure"
+            )
+        notes += _unknown(truth[name])
+    columns = {name: truth[name] for name in ("container_id", "container", "kind")}
+    columns |= {name: table[name] for name in ("status", "pair", "notes")}
+    columns |= {"best_frame": table["best_frame"].round().astype("Int64"), "failed": is_failed}
+    for name, error_name in ERROR_COLUMNS.items():
+        # A relative error needs a truth: where it is unknown, 1 stands in until the error is taken away again.
+        errors = pd.Series(relative_errors(table[name], truth[name].fillna(1.0)), index=table.index)
+        columns[error_name] = errors.where(truth[name].notna())
+    for name in CLASS_NAMES:
+        is_judged = truth[name].notna() & bool(table[name].notna().any())
+        columns[name] = table[name].astype("Int64")
+        columns[f"{name}_true"] = truth[name].astype("Int64")
+        columns[f"{name}_correct"] = (table[name] == truth[name]).astype("boolean").where(is_judged)
+    columns["filling_mass_error_g"] = table["filling_mass_g"] - truth["filling_mass_g"]
+    result = pd.DataFrame(columns, index=table.index)
+    result.attrs["notes"] = tuple(notes)
+    return result
+
+
+def _unknown(truth: pd.Series) -> list[str]:
+    absent = truth.index[truth.isna()]
+    if len(absent) == 0:
+        return []
+    if len(absent) == len(truth):
+        return [f"annotation: there is no truth of {truth.name}: its estimates cannot be judged"]
+    return [f"annotation: there is no {truth.name} of {listed(absent)}: it cannot be judged there"]

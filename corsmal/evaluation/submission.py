@@ -1,0 +1,143 @@
+"""The challenge's submission file: one row per recording, −1 where there is no estimate."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import pandas as pd
+
+from corsmal.errors import ArgumentError, FileError
+from corsmal.evaluation.checking import Checked, as_recording_id, listed, numbers_of, rows_of
+from corsmal.evaluation.estimates import estimates_table
+from corsmal.evaluation.metrics import NO_ESTIMATE
+from corsmal.files import writing
+
+ID_COLUMN = "Configuration ID"
+
+SCORED_COLUMNS = {
+    "Container capacity": "capacity_ml",
+    "Container mass": "container_mass_g",
+    "Filling type": "filling_type",
+    "Filling level": "filling_level",
+    "Width at the top": "width_top_mm",
+    "Width at the bottom": "width_bottom_mm",
+    "Height": "height_mm",
+}
+"""The columns that are scored, and what an estimates table calls them."""
+
+_SOURCES = {
+    "Container capacity": "capacity_ml",
+    "Container mass": "container_mass_g",
+    "Filling mass": "filling_mass_g",
+    "None": "type_p0",
+    "Pasta": "type_p1",
+    "Rice": "type_p2",
+    "Water": "type_p3",
+    "Filling type": "filling_type",
+    "Empty": "level_p0",
+    "Half-full": "level_p1",
+    "Full": "level_p2",
+    "Filling level": "filling_level",
+    "Width at the top": "width_top_mm",
+    "Width at the bottom": "width_bottom_mm",
+    "Height": "height_mm",
+}
+"""The file's columns that come from an estimates table, in order."""
+
+SUBMISSION_COLUMNS = (
+    ID_COLUMN,
+    *_SOURCES,
+    "Object safety",
+    "Distance",
+    "Angle difference",
+    "Execution time (ms)",
+)
+"""All columns of the file, in order; the last four are not estimated here."""
+
+
+def submission_table(estimates: pd.DataFrame, *, recordings: Iterable[str | int] | None = None) -> pd.DataFrame:
+    """An estimates table as a submission.
+
+    Args:
+        estimates: with columns of ``ESTIMATE_COLUMNS``; a number that is missing or cannot be used becomes −1.
+        recordings: ids of the rows that the file must have, in order; default: the estimates'. A recording that the
+            estimates lack is −1 throughout.
+
+    Returns:
+        ``SUBMISSION_COLUMNS``. An id of digits is a number there, as the challenge writes it.
+
+    Raises:
+        ArgumentError: the estimates have no ids, or none of the recordings.
+    """
+    wanted = estimates_table(estimates)["recording_id"] if recordings is None else recordings
+    ids = pd.Index(list(dict.fromkeys(as_recording_id(value) or str(value) for value in wanted)), dtype="str")
+    rows = rows_of(estimates, ids, id_column="recording_id", what="estimates").table
+    columns = {source: source for source in _SOURCES.values()}
+    numbers = numbers_of(rows, columns, what="estimates").table.reindex(ids).fillna(NO_ESTIMATE)
+    table = numbers.rename(columns={source: shown for shown, source in _SOURCES.items()})
+    table = table.astype({"Filling type": "int64", "Filling level": "int64"})
+    table.insert(0, ID_COLUMN, [int(name) if name.isdecimal() else name for name in ids])
+    return table.reset_index(drop=True).reindex(columns=list(SUBMISSION_COLUMNS), fill_value=NO_ESTIMATE)
+
+
+def check_submission(submission: pd.DataFrame, recordings: pd.Index, *, what: str = "submission") -> Checked:
+    """What a submission says about each of some recordings.
+
+    Args:
+        submission: the file's columns.
+        recordings: ids of the recordings that are scored.
+        what: what messages call the table.
+
+    Returns:
+        A row per recording with the quantities of ``SCORED_COLUMNS``; NaN where there is no usable estimate.
+
+    Raises:
+        ArgumentError: it is no table, has no ids, or none of the recordings.
+    """
+    rows = rows_of(submission, recordings, id_column=ID_COLUMN, what=what)
+    absent = recordings.difference(rows.table.index)
+    notes = (f"{what}: there is no row for {listed(absent)}; counted as no estimate",) if len(absent) else ()
+    numbers = numbers_of(rows.table, SCORED_COLUMNS, what=what)
+    return Checked(numbers.table.reindex(recordings), (*rows.notes, *notes, *numbers.notes))
+
+
+def read_submission(path: str | Path) -> pd.DataFrame:
+    """Read a submission file.
+
+    Args:
+        path: a CSV file with the column ``Configuration ID``; others may be missing.
+
+    Returns:
+        Its columns.
+
+    Raises:
+        FileError: the file is absent, no CSV table, or has no recordings' ids.
+    """
+    path = Path(path)
+    try:
+        table = pd.read_csv(path, skipinitialspace=True)
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
+    except ValueError as error:
+        raise FileError(path, f"is no submission ({error}); a CSV file with {ID_COLUMN!r} was expected") from error
+    table.columns = table.columns.str.strip()
+    if ID_COLUMN not in table:
+        raise FileError(path, f"is no submission: it has no column {ID_COLUMN!r}")
+    return table
+
+
+def write_submission(submission: pd.DataFrame, path: str | Path) -> None:
+    """Write a submission file.
+
+    Args:
+        submission: with all of ``SUBMISSION_COLUMNS``, see ``submission_table``.
+        path: the CSV file; an older one is replaced.
+
+    Raises:
+        ArgumentError: a column is missing.
+        FileError: the file cannot be written.
+    """
+    absent = [name for name in SUBMISSION_COLUMNS if name not in submission]
+    if absent:
+        raise ArgumentError(f"submission must have the columns {', '.join(SUBMISSION_COLUMNS)}; it lacks {absent[0]!r}")
+    with writing(Path(path), advice="choose another folder") as part:
+        submission[list(SUBMISSION_COLUMNS)].to_csv(part, index=False, float_format="%.10g")

@@ -1,0 +1,159 @@
+"""The paper's tables and confusion matrices, from the error table of a run."""
+
+from typing import get_args
+
+import numpy as np
+import pandas as pd
+
+from corsmal.dataset.annotation import Kind
+from corsmal.errors import ArgumentError
+from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE, confusion, mpf1
+from corsmal.evaluation.recordings import ERROR_COLUMNS
+
+METRICS = {
+    "filling_level_mpf1": "filling_level",
+    "filling_type_mpf1": "filling_type",
+    "capacity_mape": ERROR_COLUMNS["capacity_ml"],
+    "width_top_mape": ERROR_COLUMNS["width_top_mm"],
+    "width_bottom_mape": ERROR_COLUMNS["width_bottom_mm"],
+    "height_mape": ERROR_COLUMNS["height_mm"],
+    "mass_mape": ERROR_COLUMNS["container_mass_g"],
+}
+"""Table 2's metrics in order, all in %, and the error table's column behind each."""
+
+AVERAGE = "Average"
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+
+def metric_of(errors: pd.DataFrame, metric: str) -> float:
+    """One metric of Table 2 over some recordings.
+
+    Args:
+        errors: rows of ``error_table``.
+        metric: a key of ``METRICS``.
+
+    Returns:
+        In %, over the recordings that have an estimate and a truth; for MPF1 a recording without an answer is a wrong
+        one. NaN where there is nothing to compute it from.
+
+    Raises:
+        ArgumentError: it is no error table, or the metric is unknown.
+    """
+    column = _column_of(errors, metric)
+    if column in CLASS_NAMES:
+        known = errors[f"{column}_correct"].notna()
+        return mpf1(errors[f"{column}_true"][known], errors[column][known]) if known.any() else np.nan
+    return float(errors[column].abs().mean())
+
+
+def container_table(errors: pd.DataFrame) -> pd.DataFrame:
+    """The paper's Table 2: MPF1 and MAPE of each container, in %, and how many recordings failed.
+
+    Args:
+        errors: from ``error_table``, or some of its rows.
+
+    Returns:
+        A row per container and the row ``Average``: ``container_id`` (NA for the average), ``container``, the columns
+        of ``METRICS`` as ``metric_of`` (the average is the mean over the containers that have a number), and the counts
+        ``recordings`` and ``failures``, summed in the last row. Recordings of an unknown container are in no row.
+
+    Raises:
+        ArgumentError: it is no error table, or no recording's container is known.
+    """
+    rows = []
+    for number, group in errors.groupby("container_id") if "container_id" in errors else ():
+        name = group["container"].iloc[0] or f"container {number}"
+        values = {metric: metric_of(group, metric) for metric in METRICS}
+        counts = {"recordings": len(group), "failures": int(group["failed"].sum())}
+        rows.append({"container_id": number, "container": name, **values, **counts})
+    if not rows:
+        raise ArgumentError("errors must be an error table with a recording whose container is known")
+    table = pd.DataFrame(rows)
+    last = {"container_id": pd.NA, "container": AVERAGE, **table[list(METRICS)].mean()}
+    rows.append(last | {"recordings": table["recordings"].sum(), "failures": table["failures"].sum()})
+    return pd.DataFrame(rows).astype({"container_id": "Int64"} | dict.fromkeys(METRICS, "float64"))
+
+
+def recordings_behind(errors: pd.DataFrame, metric: str, *, container_id: int | None = None) -> pd.DataFrame:
+    """The recordings that a cell of Table 2 is made from, the worst first.
+
+    Args:
+        errors: from ``error_table``.
+        metric: a key of ``METRICS``, or ``failures`` for the recordings that failed.
+        container_id: the row's container; None for the average, all containers.
+
+    Returns:
+        Rows of ``errors``: those without an answer, then by falling error; for classes the wrong before the right.
+
+    Raises:
+        ArgumentError: it is no error table, or the metric is unknown.
+    """
+    rows = errors if container_id is None else errors[(errors["container_id"] == container_id).fillna(value=False)]
+    if metric == "failures":
+        return rows[rows["failed"]]
+    column = _column_of(errors, metric)
+    if column in CLASS_NAMES:
+        known = rows[rows[f"{column}_correct"].notna()]
+        order = known[f"{column}_correct"].astype("int64").where(known[column].notna(), -1)
+        return known.loc[order.sort_values(kind="stable").index]
+    order = rows[column].abs().sort_values(ascending=False, na_position="first", kind="stable")
+    return rows.loc[order.index]
+
+
+def confusion_tables(errors: pd.DataFrame, quantity: str) -> dict[Kind, pd.DataFrame]:
+    """The confusion matrices of cups, glasses and boxes (paper Fig. 3).
+
+    Args:
+        errors: from ``error_table``, or some of its rows.
+        quantity: ``filling_type`` or ``filling_level``.
+
+    Returns:
+        By kind of container, as ``confusion``: counts of recordings, a row per true class, a column per predicted one
+        and one for no estimate.
+
+    Raises:
+        ArgumentError: it is no error table, or the quantity is no class.
+    """
+    known = errors[f"{_class_of(errors, quantity)}_correct"].notna()
+    truth, predicted = errors[f"{quantity}_true"], errors[quantity]
+    rows = {kind: known & (errors["kind"] == kind) for kind in KINDS}
+    return {kind: confusion(truth[own], predicted[own], CLASS_NAMES[quantity]) for kind, own in rows.items()}
+
+
+def recordings_confused(
+    errors: pd.DataFrame, quantity: str, *, kind: Kind, true_class: int, predicted_class: int
+) -> pd.DataFrame:
+    """The recordings that a cell of a confusion matrix counts.
+
+    Args:
+        errors: from ``error_table``.
+        quantity: ``filling_type`` or ``filling_level``.
+        kind: cup, glass or box.
+        true_class: number of the row.
+        predicted_class: number of the column; −1 for no estimate.
+
+    Returns:
+        Rows of ``errors``.
+
+    Raises:
+        ArgumentError: it is no error table, or the quantity is no class.
+    """
+    known = errors[errors[f"{_class_of(errors, quantity)}_correct"].notna()]
+    is_there = known[f"{quantity}_true"].eq(true_class) & known[quantity].fillna(NO_ESTIMATE).eq(predicted_class)
+    return known[is_there.astype("bool") & (known["kind"] == kind)]
+
+
+def _column_of(errors: pd.DataFrame, metric: str) -> str:
+    if metric not in METRICS:
+        raise ArgumentError(f"metric must be one of {', '.join(METRICS)}, got {metric!r}")
+    if METRICS[metric] not in errors:
+        raise ArgumentError(f"errors must come from error_table: it has no column {METRICS[metric]!r}")
+    return METRICS[metric]
+
+
+def _class_of(errors: pd.DataFrame, quantity: str) -> str:
+    if quantity not in CLASS_NAMES:
+        raise ArgumentError(f"quantity must be one of {', '.join(CLASS_NAMES)}, got {quantity!r}")
+    if f"{quantity}_correct" not in errors:
+        raise ArgumentError(f"errors must come from error_table: it has no column '{quantity}_correct'")
+    return quantity

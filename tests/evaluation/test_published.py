@@ -1,0 +1,111 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from corsmal.errors import ArgumentError
+from corsmal.evaluation import (
+    LEADERBOARD_SPLITS,
+    METRICS,
+    beside_paper,
+    challenge_scores,
+    container_table,
+    error_table,
+    leaderboard,
+    leaderboard_with,
+    overall_score,
+    paper_table_2,
+    paper_table_3,
+)
+from corsmal.evaluation.published import SCORE_NAMES, THIS_PAPER, attempted_share
+from tests.evaluation.made import made_annotation, perfect_estimates, perfect_submission
+
+
+def test_average_row_of_table_2_is_the_mean_of_its_nine_rows_but_for_the_mass():
+    table = paper_table_2()
+    means = table[list(METRICS)][:9].mean()
+    printed = table[list(METRICS)].iloc[9]
+    assert table["container"].iloc[9] == "Average"
+    np.testing.assert_allclose(means.drop("mass_mape"), printed.drop("mass_mape").astype(float), atol=0.05)
+    # The printed rows of the mass give 182.52, the printed average is 182.8.
+    assert means["mass_mape"] == pytest.approx(182.522, abs=0.001)
+    assert printed["mass_mape"] == 182.8
+
+
+def test_average_row_of_table_2_is_reproduced_by_our_table():
+    """Estimates with the paper's error in every recording of a container give the paper's rows, and so its average."""
+    paper = paper_table_2()
+    annotation = made_annotation(9)
+    annotation["container id"] = range(1, 10)
+    estimates = perfect_estimates(annotation)
+    names = ["capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm", "container_mass_g"]
+    mapes = [name for name in METRICS if name.endswith("_mape")]
+    for name, metric in zip(names, mapes, strict=True):
+        estimates[name] *= 1 + paper[metric][:9] / 100
+    table = container_table(error_table(estimates, annotation))
+    np.testing.assert_allclose(table[mapes][:9], paper[mapes][:9])
+    np.testing.assert_allclose(
+        table[mapes[:-1]].iloc[9].astype(float), paper[mapes[:-1]].iloc[9].astype(float), atol=0.05
+    )
+    difference = beside_paper(table)
+    np.testing.assert_allclose(difference[mapes][:9], 0, atol=1e-9)
+    np.testing.assert_allclose(difference[mapes[:-1]].iloc[9].astype(float), 0, atol=0.05)
+    assert difference["container"].tolist() == table["container"].tolist()
+
+
+def test_difference_to_a_container_that_the_paper_does_not_have_is_empty():
+    annotation = made_annotation(3)
+    annotation["container id"] += 100
+    difference = beside_paper(container_table(error_table(perfect_estimates(annotation), annotation)))
+    assert difference[list(METRICS)][:3].isna().all(axis=None)
+    assert difference["capacity_mape"].iloc[3] == pytest.approx(-77.1)
+
+
+def test_table_3_is_the_papers_row_of_the_leaderboard():
+    table = paper_table_3().set_index("split")
+    for split in ("public", "private"):
+        row = leaderboard(split).set_index("team").loc[THIS_PAPER]
+        np.testing.assert_allclose(row[table.columns].astype(float), table.loc[split].astype(float))
+
+
+@pytest.mark.parametrize("split", LEADERBOARD_SPLITS)
+def test_overall_of_every_team_is_reproduced_from_its_scores(split):
+    table = leaderboard(split)
+    assert len(table) == 12
+    simulator = (table["object_safety"] + table["delivery_accuracy"]) * attempted_share(table)
+    scores = {score: table[name] for score, name in SCORE_NAMES.items()}
+    # 0.006: what is printed is rounded to two places, and the overall score once more.
+    np.testing.assert_allclose(overall_score(scores, simulator=simulator), table["overall"], atol=0.006)
+    np.testing.assert_allclose(table["overall_without_simulator"] + simulator / 8, table["overall"], atol=0.006)
+
+
+def test_shares_of_the_tasks_are_counted():
+    shares = attempted_share(leaderboard("public")).set_axis(leaderboard("public")["team"])
+    assert shares[["Visual", "ACC", "BIT", "KEIO-ICS"]].tolist() == pytest.approx([0.2, 0.4, 0.6, 1.0])
+
+
+def test_our_row_stands_among_the_teams():
+    annotation = made_annotation()
+    scores = challenge_scores(annotation, perfect_submission(annotation), split="other")
+    table = leaderboard_with(scores, split="private", name="ours")
+    assert table["team"].iloc[0] == "ours"
+    assert table["overall_without_simulator"].is_monotonic_decreasing
+    assert table.loc[0, "capacity"] == pytest.approx(100)
+    assert table.loc[0, ["overall", "object_safety", "delivery_accuracy"]].isna().all()
+    assert len(table) == 13
+
+
+def test_tables_are_ones_own_to_change():
+    table = paper_table_2()
+    table.loc[0, "capacity_mape"] = 0
+    assert paper_table_2().loc[0, "capacity_mape"] == 34.2
+
+
+def test_figures_are_the_published_ones(shared_root):
+    for name, shipped in (("paper_table2", paper_table_2()), ("paper_table3", paper_table_3())):
+        published = pd.read_csv(shared_root / "reference" / f"{name}.csv")
+        pd.testing.assert_frame_equal(shipped, published, check_dtype=False)
+
+
+def test_unknown_split_is_an_error():
+    with pytest.raises(ArgumentError, match="split must be one of public, private, combined, got 'train'"):
+        leaderboard("train")
