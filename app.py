@@ -22,6 +22,8 @@ def main() -> None:
             ),
             st.Page("pages/frames.py", title="Frames", url_path="best-frame", icon=":material/center_focus_strong:"),
             st.Page("pages/shape.py", title="Shape", url_path="hull", icon=":material/deployed_code:"),
+            st.Page("pages/filling.py", title="Filling", url_path="sound", icon=":material/graphic_eq:"),
+            st.Page("pages/mass.py", title="Mass", url_path="weight", icon=":material/scale:"),
         ]
     )
     session.begin()

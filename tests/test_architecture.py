@@ -21,8 +21,8 @@ FLOORS = (
     ("selection", "shape", "mass", "filling"),
     ("estimation", "store"),
     ("figures", "evaluation", "batch", "demo"),
-    ("ui", "__main__"),
-    ("app", "pages"),
+    ("ui", "commands"),
+    ("app", "pages", "__main__"),
 )
 """The rooms from the ground up: a room may import itself and what is on the floors below."""
 

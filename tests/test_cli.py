@@ -3,11 +3,18 @@ import sys
 from pathlib import Path
 
 import pytest
+import torch
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
 from corsmal.batch import load_detections
+from corsmal.commands import recordings
 from corsmal.dataset import open_dataset
+from corsmal.errors import CorsmalError
+from corsmal.estimation import estimate
+from corsmal.evaluation import container_table, error_table, export_table, read_estimates, read_submission
+from corsmal.filling import FillingConfig, FillingModel, save_filling
+from corsmal.mass import MassConfig, MassModel, save_mass
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
 from tests.fakes import FakeDetector
@@ -28,7 +35,9 @@ def cache(tmp_path, monkeypatch):
 def detector(monkeypatch):
     made = FakeDetector()
     made.asked = []
-    monkeypatch.setattr(cli, "make_detector", lambda weights, *, is_demo: made.asked.append((weights, is_demo)) or made)
+    monkeypatch.setattr(
+        recordings, "make_detector", lambda weights, *, is_demo: made.asked.append((weights, is_demo)) or made
+    )
     return made
 
 
@@ -44,7 +53,7 @@ def run_main(monkeypatch, capsys, *arguments):
 def test_help_lists_the_commands():
     result = RUNNER.invoke(cli.app, ["--help"])
     assert result.exit_code == 0
-    for command in ("demo", "detect", "train"):
+    for command in ("demo", "detect", "estimate", "submit", "train", "evaluate"):
         assert f" {command} " in result.output
     assert " detector " in RUNNER.invoke(cli.app, ["train", "--help"]).output
 
@@ -145,3 +154,42 @@ def test_weights_of_the_users_choice_are_opened(tmp_path, monkeypatch, capsys, t
         assert code == 1
         [line] = lines
         assert line.startswith(f"Error: {path}: ")
+
+
+@pytest.fixture(scope="module")
+def networks(tmp_path_factory):
+    """Files of untrained networks, as the options name them."""
+    folder = tmp_path_factory.mktemp("networks")
+    torch.manual_seed(0)
+    save_filling(folder / "filling.safetensors", [FillingModel(FillingConfig.paper()).eval()])
+    save_mass(folder / "mass.safetensors", MassModel(MassConfig.paper()).eval())
+    return ["--filling", folder / "filling.safetensors", "--mass", folder / "mass.safetensors"]
+
+
+def test_estimates_are_a_table_that_is_judged_and_submitted(tiny_dataset_root, networks, tmp_path):
+    table = tmp_path / "estimates.parquet"
+    made = RUNNER.invoke(cli.app, ["estimate", str(tiny_dataset_root), "--out", str(table), *map(str, networks)])
+    assert made.exit_code == 0, made.output
+    rows = read_estimates(table).set_index("recording_id")
+    assert rows.loc["000000", "status"] == "fitted"
+    alone = estimate(open_dataset(tiny_dataset_root)["000000"])
+    assert rows.loc["000000", "capacity_ml"] == alone.capacity_ml
+    judged = RUNNER.invoke(
+        cli.app, ["evaluate", "estimates", str(tiny_dataset_root), str(table), "--out", str(tmp_path / "table.csv")]
+    )
+    assert judged.exit_code == 0, judged.output
+    assert "By container" in judged.output
+    errors = error_table(read_estimates(table), open_dataset(tiny_dataset_root).table)
+    assert (tmp_path / "table.csv").read_text() == export_table(container_table(errors), table_format="csv")
+    sent = RUNNER.invoke(cli.app, ["submit", str(tiny_dataset_root), str(table), str(tmp_path / "sent.csv")])
+    assert sent.exit_code == 0, sent.output
+    assert len(read_submission(tmp_path / "sent.csv")) == len(rows)
+
+
+def test_unknown_preset_and_format_are_refused(tiny_dataset_root, networks, tmp_path):
+    command = ["estimate", str(tiny_dataset_root), *map(str, networks)]
+    unknown = RUNNER.invoke(cli.app, [*command, "--preset", "best"])
+    assert unknown.exit_code == 2
+    assert "there are the presets paper" in " ".join(unknown.output.replace("│", " ").split())
+    with pytest.raises(CorsmalError, match=r"estimates\.txt"):
+        RUNNER.invoke(cli.app, [*command, "--out", str(tmp_path / "estimates.txt")], catch_exceptions=False)

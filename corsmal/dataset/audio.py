@@ -2,15 +2,20 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, get_args
 
 import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
-from corsmal.errors import FileError
+from corsmal.errors import ArgumentError, FileError
 
 CHANNELS = 8
 """Microphones of the dataset's two circular arrays."""
+
+ChannelRule = Literal["strict", "repeat", "average"]
+"""What to do with a sound of another number of channels than eight: ``strict`` refuses it; ``repeat`` takes its
+channels in turn until there are eight; ``average`` gives all eight the mean."""
 
 CUTS_S = {"000377": 13.10}
 """Recordings, by id, whose sound ends so many seconds after its start: the recorder of 000377 was not stopped."""
@@ -34,28 +39,32 @@ class Audio:
         return self.samples.shape[1] / self.sample_rate_hz
 
 
-def read_audio(path: str | Path, *, end_s: float | None = None) -> Audio:
+def read_audio(path: str | Path, *, end_s: float | None = None, channels: ChannelRule = "strict") -> Audio:
     """Read a sound file.
 
     Args:
         path: a WAV file of eight channels, at any sampling rate.
         end_s: where to cut, in seconds from the start; None reads to the end.
+        channels: how another number of channels is made eight; default: not at all.
 
     Returns:
         The samples as float32.
 
     Raises:
+        ArgumentError: there is no such rule for channels.
         FileError: the file is absent or no sound file, is empty, has another number of channels, or holds samples
             that are not finite.
     """
+    if channels not in get_args(ChannelRule):
+        raise ArgumentError(f"channels must be 'strict', 'repeat' or 'average', got {channels!r}")
     path = Path(path)
     if not path.is_file():
         raise FileError(path, "there is no such sound file")
     try:
         with soundfile.SoundFile(path) as file:
-            rate, channels = int(file.samplerate), int(file.channels)
-            if channels != CHANNELS:
-                raise FileError(path, f"has {channels} channels where the dataset's recordings have {CHANNELS}")
+            rate, found = int(file.samplerate), int(file.channels)
+            if found != CHANNELS and channels == "strict":
+                raise FileError(path, f"has {found} channels where the dataset's recordings have {CHANNELS}")
             frames = -1 if end_s is None else min(file.frames, round(end_s * rate))
             samples = file.read(frames, dtype="float32", always_2d=True)
     except (soundfile.SoundFileError, OSError) as error:
@@ -64,6 +73,9 @@ def read_audio(path: str | Path, *, end_s: float | None = None) -> Audio:
         raise FileError(path, "holds no sound; download it again")
     if not np.isfinite(samples).all():
         raise FileError(path, "holds samples that are not finite numbers; download it again")
+    if found != CHANNELS:
+        source = samples.mean(axis=1, keepdims=True) if channels == "average" else samples
+        samples = source[:, np.arange(CHANNELS) % source.shape[1]]
     by_channel = np.ascontiguousarray(samples.T)
     by_channel.flags.writeable = False
     return Audio(by_channel, rate)

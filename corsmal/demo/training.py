@@ -33,6 +33,11 @@ class DetectorModule(lightning.LightningModule):
         self.log_dict({name: loss.detach() for name, loss in losses.items()}, batch_size=len(batch[0]))
         return torch.stack(list(losses.values())).sum()
 
+    def on_before_optimizer_step(self, optimizer: torch.optim.Optimizer) -> None:
+        """Leave out a step whose gradients are not finite: one of them would spoil all weights."""
+        if not all(torch.isfinite(weights.grad).all() for weights in self.parameters() if weights.grad is not None):
+            optimizer.zero_grad(set_to_none=True)
+
     def configure_optimizers(self) -> Any:
         """AdamW, warmed up and lowered by a cosine."""
         settings = self._training

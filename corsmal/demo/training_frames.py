@@ -136,13 +136,13 @@ def as_target(
     classes = {CONTAINER: network.labels.index(label) + 1}
     if network.unreported:
         classes[JUG] = len(network.labels) + 1
-    shown = {value: objects == value for value in classes if (objects == value).any()}
+    masks = {value: objects == value for value in classes}
+    shown = {value: mask for value, mask in masks.items() if mask.sum() >= VISIBLE_PX_MIN}
     corners = [cv2.boundingRect(mask.view(np.uint8)) for mask in shown.values()]
     boxes = torch.tensor([[x, y, x + width, y + height] for x, y, width, height in corners], dtype=torch.float32)
-    masks = np.array(list(shown.values()), np.uint8).reshape(-1, *objects.shape)
     target = {
         "boxes": boxes.reshape(-1, 4),
         "labels": torch.tensor([classes[value] for value in shown], dtype=torch.int64),
-        "masks": torch.from_numpy(masks),
+        "masks": torch.from_numpy(np.array(list(shown.values()), np.uint8).reshape(-1, *objects.shape)),
     }
     return torch.from_numpy(np.ascontiguousarray(image)).permute(2, 0, 1) / 255, target

@@ -6,6 +6,7 @@ from pathlib import Path
 import av
 import numpy as np
 import soundfile
+from numpy.typing import NDArray
 
 from corsmal.dataset import Audio, Recording, View
 from corsmal.errors import FileError, NotFoundError
@@ -41,16 +42,23 @@ def playable_video(view: View, *, store: Store) -> Path:
     return path
 
 
-def audio_wav(audio: Audio, *, channel: int | None = None) -> bytes:
-    """One channel of a recording, or the mean of all, as a 16 bit WAV with the fixed gain.
+def mixed(audio: Audio, channel: int | None) -> NDArray[np.float32]:
+    """One channel of a recording, from 0, or the mean of all: (S,) samples."""
+    samples: NDArray[np.float32] = audio.samples.mean(axis=0) if channel is None else audio.samples[channel]
+    return samples
+
+
+def audio_wav(audio: Audio, *, channel: int | None = None, crop_s: tuple[float, float] | None = None) -> bytes:
+    """One channel of a recording, or the mean of all, as a 16 bit WAV with a fixed gain.
 
     Args:
         audio: the recording's audio, (8, S).
         channel: from 0; None: the mean.
+        crop_s: start and end, s; None: the whole.
     """
-    samples = audio.samples.mean(axis=0) if channel is None else audio.samples[channel]
+    start, end = (0, audio.samples.shape[1]) if crop_s is None else (round(s * audio.sample_rate_hz) for s in crop_s)
     buffer = io.BytesIO()
-    amplified = np.clip(samples * GAIN, -1, 1)
+    amplified = np.clip(mixed(audio, channel)[start:end] * GAIN, -1, 1)
     soundfile.write(buffer, amplified, audio.sample_rate_hz, format="WAV", subtype="PCM_16")
     return buffer.getvalue()
 

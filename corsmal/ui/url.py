@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
+from corsmal.dataset.audio import CHANNELS
 from corsmal.errors import ArgumentError
 from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, HeightReference, ShapeParameters
 from corsmal.selection import Pair
@@ -65,12 +66,16 @@ class Choice:
         pair: views of the fit; None: the pair that the estimate used.
         frame: frame index; None: the best frame.
         shape: parameters of the fit.
+        crop_s: start and end of what the filling network hears, in hundredths of a second; None: the whole.
+        channel: microphone that is drawn and played, from 0; None: the mean of all.
     """
 
     recording: str | None = None
     pair: Pair | None = None
     frame: int | None = None
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
+    crop_s: tuple[float, float] | None = None
+    channel: int | None = None
 
     @property
     def preset(self) -> str:
@@ -92,6 +97,10 @@ def to_params(choice: Choice) -> dict[str, str]:
         params["pair"] = "-".join(choice.pair)
     if choice.frame is not None:
         params["frame"] = str(choice.frame)
+    if choice.crop_s is not None:
+        params["crop"] = "-".join(f"{end_s:.2f}" for end_s in choice.crop_s)
+    if choice.channel is not None:
+        params["ch"] = str(choice.channel + 1)
     if choice.preset != "paper":
         params["preset"] = choice.preset
     for name, value in _differences(choice.shape, SHAPE_PRESETS[choice.preset]).items():
@@ -121,7 +130,7 @@ def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
             problems.append(f"The address has {name}={text[:40]!r}, which was left out: {error}.")
             return default
 
-    unknown = sorted(set(params) - {"recording", "pair", "frame", "preset", *NAMES.values()})
+    unknown = sorted(set(params) - {"recording", "pair", "frame", "crop", "ch", "preset", *NAMES.values()})
     if unknown:
         problems.append(f"The address has parameters that mean nothing here: {', '.join(unknown)[:80]}.")
     shape = SHAPE_PRESETS[read("preset", _preset, "paper")]
@@ -129,9 +138,15 @@ def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
         value = read(short, _PARSERS[name], None)
         if value is not None:
             shape = _changed(shape, name, value, problems)
-    return Choice(params.get("recording"), read("pair", _pair, None), read("frame", _frame, None), shape), tuple(
-        problems
+    choice = Choice(
+        params.get("recording"),
+        read("pair", _pair, None),
+        read("frame", _frame, None),
+        shape,
+        read("crop", _crop, None),
+        read("ch", _channel, None),
     )
+    return choice, tuple(problems)
 
 
 def _changed(shape: ShapeParameters, name: str, value: Any, problems: list[str]) -> ShapeParameters:
@@ -170,6 +185,21 @@ def _frame(text: str) -> int:
     if not 0 <= frame < 10_000_000:
         raise ArgumentError("frames count from 0")
     return int(frame)
+
+
+def _crop(text: str) -> tuple[float, float]:
+    start, _, end = text.partition("-")
+    start_s, end_s = (round(_number(part, whole=False), 2) for part in (start, end))
+    if not 0 <= start_s < end_s:
+        raise ArgumentError("START-END in seconds was expected")
+    return start_s, end_s
+
+
+def _channel(text: str) -> int:
+    channel = _number(text, whole=True)
+    if not 1 <= channel <= CHANNELS:
+        raise ArgumentError(f"there are the microphones 1 to {CHANNELS}")
+    return int(channel) - 1
 
 
 def _number(text: str, *, whole: bool) -> float:

@@ -5,7 +5,7 @@ import pytest
 import soundfile
 
 from corsmal.dataset.audio import read_audio
-from corsmal.errors import FileError
+from corsmal.errors import ArgumentError, FileError
 from tests.tiny import write_audio
 
 
@@ -44,6 +44,31 @@ def test_another_number_of_channels_is_said(tmp_path: Path, channels: int) -> No
     path = write_audio(tmp_path / "a.wav", seconds=0.01, channels=channels)
     with pytest.raises(FileError, match=rf"a\.wav: has {channels} channels where the dataset's recordings have 8"):
         read_audio(path)
+
+
+@pytest.mark.parametrize(
+    ("found", "repeated", "mean"),
+    [
+        (1, [1, 1, 1, 1, 1, 1, 1, 1], 1),
+        (2, [1, 2, 1, 2, 1, 2, 1, 2], 1.5),
+        (3, [1, 2, 3, 1, 2, 3, 1, 2], 2),
+        (8, [1, 2, 3, 4, 5, 6, 7, 8], None),
+        (10, [1, 2, 3, 4, 5, 6, 7, 8], 5.5),
+    ],
+)
+def test_channels_are_repeated_or_averaged_when_asked(
+    tmp_path: Path, found: int, repeated: list[int], mean: float | None
+) -> None:
+    path = tmp_path / "a.wav"
+    soundfile.write(path, np.tile(np.arange(1, found + 1) / 64, (20, 1)), 44_100, subtype="FLOAT")
+    np.testing.assert_array_equal(read_audio(path, channels="repeat").samples[:, 0] * 64, repeated)
+    expected = repeated if mean is None else [mean] * 8
+    np.testing.assert_allclose(read_audio(path, channels="average").samples[:, 19] * 64, expected)
+
+
+def test_unknown_rule_for_channels_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ArgumentError, match="channels must be 'strict', 'repeat' or 'average', got 'mono'"):
+        read_audio(tmp_path / "a.wav", channels="mono")  # type: ignore[arg-type]
 
 
 def test_broken_files_are_named(tmp_path: Path) -> None:

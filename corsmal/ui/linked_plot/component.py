@@ -23,10 +23,13 @@ from plotly.io.json import to_json_plotly
 
 from corsmal.errors import ArgumentError
 from corsmal.ui.linked_plot.assets import PLOTLY_URL, read_asset
-from corsmal.ui.linked_plot.events import PlotEvent, Slider, parse_event
+from corsmal.ui.linked_plot.events import PlotEvent, Slider, Span, parse_event
 
 _component = st.components.v2.component(
-    "corsmal.linked_plot", css=read_asset("linked_plot.css"), js=read_asset("linked_plot.js"), isolate_styles=False
+    "corsmal.linked_plot",
+    css=read_asset("linked_plot.css"),
+    js=read_asset("linked_plot.js") + read_asset("span.js"),
+    isolate_styles=False,
 )
 
 
@@ -37,6 +40,7 @@ def linked_plot(
     label: str,
     height_px: int = 480,
     sliders: Sequence[Slider] = (),
+    span: Span | None = None,
     keys: Sequence[str] = (),
     revision: str = "",
 ) -> PlotEvent:
@@ -51,19 +55,21 @@ def linked_plot(
         label: accessible name.
         height_px: height of the figure without the range inputs.
         sliders: range inputs under the figure.
+        span: two handles on the figure's x-axis.
         keys: keys, named as in ``KeyboardEvent.key``, that are reported wherever they are pressed on the page
             except in an input.
         revision: camera, zoom and hidden traces stay while this stays the same.
 
     Returns:
-        What the user did since the last run, with the values of all range inputs.
+        What the user did since the last run, with the values of all range inputs and of the span.
 
     Raises:
-        ArgumentError: two range inputs share a name, or the height is not positive.
+        ArgumentError: two range inputs or ends share a name, or the height is not positive.
     """
-    names = [slider.name for slider in sliders]
-    if len(set(names)) < len(names):
-        raise ArgumentError(f"sliders must have different names, got {names}")
+    values = [(slider.name, slider.value) for slider in sliders]
+    values += [] if span is None else list(zip(span.names, span.values, strict=True))
+    if len(dict(values)) < len(values):
+        raise ArgumentError(f"sliders must have different names, got {[name for name, _ in values]}")
     if height_px < 1:
         raise ArgumentError(f"height_px must be positive, got {height_px}")
     event = plot_event(key)
@@ -74,6 +80,7 @@ def linked_plot(
             "label": label,
             "height": height_px,
             "sliders": [asdict(slider) | {"marks": list(slider.marks.items())} for slider in sliders],
+            "span": None if span is None else asdict(span),
             "keys": list(keys),
             "revision": revision or key,
             "acknowledged": st.session_state.get(_acknowledged_key(key), 0),
@@ -81,7 +88,7 @@ def linked_plot(
         },
         on_report_change=_no_callback,
     )
-    return replace(event, values={slider.name: slider.value for slider in sliders} | dict(event.values))
+    return replace(event, values=dict(values) | dict(event.values))
 
 
 def plot_event(key: str) -> PlotEvent:

@@ -1,4 +1,4 @@
-"""What goes into a linked plot and what comes out of it: range inputs, clicks, keys, shapes."""
+"""What goes into a linked plot and what comes out of it: range inputs, spans, clicks, keys, shapes."""
 
 import math
 from collections.abc import Mapping
@@ -51,6 +51,42 @@ class Slider:
 
 
 @dataclass(frozen=True)
+class Span:
+    """A stretch of the x-axis between two handles that the user drags; what lies outside is faded.
+
+    Args:
+        names: the keys of its ends in ``PlotEvent.values``.
+        labels: accessible names of the two handles.
+        min: the lowest value.
+        max: the highest value.
+        step: by how much an arrow key moves a handle; dragging keeps to multiples of it.
+        values: where the ends stand, in ``min``..``max``.
+        gap: the ends come no nearer to each other.
+        unit: written after the numbers.
+        domain: the part of the plot's height that the handles cover, from below, in 0..1.
+    """
+
+    names: tuple[str, str]
+    labels: tuple[str, str]
+    min: float
+    max: float
+    step: float
+    values: tuple[float, float]
+    gap: float = 0.0
+    unit: str = ""
+    domain: tuple[float, float] = (0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (self.min, self.max, self.step, self.gap, *self.values))):
+            raise ArgumentError(f"span {self.names}: min, max, step, gap and values must be finite numbers")
+        if not (self.step > 0 and self.gap >= 0 and self.min <= self.values[0] <= self.values[1] <= self.max):
+            raise ArgumentError(
+                f"span {self.names}: values must rise within {self.min}..{self.max}, step be positive and gap not "
+                f"negative, got {self.values}, {self.step} and {self.gap}"
+            )
+
+
+@dataclass(frozen=True)
 class Click:
     """A click on a point of the figure.
 
@@ -95,10 +131,10 @@ class PlotEvent:
     Args:
         click: the point that was clicked, only in the run that the click caused.
         key: the key that was pressed and how often, likewise.
-        values: values of range inputs by name: from ``plot_event`` those that the user moved, likewise; from
+        values: values of range inputs and ends of the span by name: from ``plot_event`` those that the user moved, likewise; from
             ``linked_plot`` all of them.
         shapes: all shapes of the figure when the user moved one, likewise.
-        settled: False while a range input is being dragged or a key is held: more is coming, keep slow work for later.
+        settled: False while a range input or a handle is being dragged or a key is held: more is coming, keep slow work for later.
     """
 
     click: Click | None = None

@@ -43,6 +43,7 @@ class LinkedPlot {
     this.root = element("div", "linked-plot", parent, { role: "group" });
     this.figure = element("div", "linked-plot-figure", this.root);
     this.bar = element("div", "linked-plot-sliders", this.root);
+    this.span = new SpanHandles(this);
     this.sliders = new Map();
     this.sequence = 0; // of the last report sent
     this.waiting = false; // for its answer
@@ -101,6 +102,7 @@ class LinkedPlot {
       await Plotly.react(this.figure, traces, layout, config);
       if (!this.ready) this.listen();
       Object.assign(this, { ready: true, drawn, revision: data.revision });
+      this.span.place();
     } catch (error) {
       Object.assign(this, { ready: false, drawn: "" });
       this.figure.replaceChildren();
@@ -162,6 +164,7 @@ class LinkedPlot {
 
   listen() {
     this.figure.on("plotly_click", (event) => this.report({ click: clickOf(event.points[0]) }));
+    this.figure.on("plotly_afterplot", () => this.span.place());
     this.figure.on("plotly_relayout", (change) => {
       if (!Object.keys(change).some((key) => key.startsWith("shapes["))) return;
       this.report({ shapes: this.figure.layout.shapes.map(({ name, x0, x1, y0, y1 }) => ({ name, x0, x1, y0, y1 })) });
@@ -202,6 +205,7 @@ class LinkedPlot {
       this.updateMarks(view, slider);
       if (settled && !view.held) this.show(view, slider.value, slider.unit);
     }
+    this.span.update(this.data.span, settled);
   }
 
   updateMarks(view, slider) {

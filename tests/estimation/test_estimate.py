@@ -245,4 +245,5 @@ def test_means_of_the_full_training_annotation(real_dataset_root):
         "width_top_mm": 91.54,
         "width_bottom_mm": 75.58,
         "height_mm": 130.28,
+        "container_mass_g": 39.91,
     }

@@ -1,17 +1,14 @@
-"""The stages of recordings, with what they computed kept in the store."""
+"""Detecting in recordings, with what was found kept in the store."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from corsmal.dataset import Recording, View
 from corsmal.detection import Detections, Detector, ViewDetections, detect_view
 from corsmal.errors import ArgumentError, FileError
-from corsmal.estimation import Fit, fit_frame, read_view_detections
-from corsmal.parameters import METHOD_VIEWS, PAIRS, CentreRule, SelectionParameters, ShapeParameters
-from corsmal.selection import Pair, select_best_frame
-from corsmal.shape import Hull, measure_hull
+from corsmal.estimation import read_view_detections
+from corsmal.parameters import METHOD_VIEWS, PAIRS
+from corsmal.selection import select_best_frame
 from corsmal.store import Store, digest, file_fingerprint
 
 COARSEST = 16
@@ -187,38 +184,6 @@ class _ViewWork:
                 raise FileError(self._store.root, f"the detections could not be kept: {self._store.problems[-1]}")
         if self._found is not None:
             self._store.save_json("latest", _latest_key(self._view), {"detections": self._key})
-
-
-def load_fit(
-    recording: Recording,
-    detections: DetectionSet,
-    *,
-    pair: Pair,
-    frame: int,
-    centre_rule: CentreRule,
-    shape: ShapeParameters,
-    store: Store,
-) -> Fit:
-    """The hull of one pair in one frame, from the store if it was fitted before."""
-    paths = [recording.views[name].calibration_path for name in pair if name in recording.views]
-    calibrations = [file_fingerprint(path) for path in paths if path is not None]
-    key = digest("fit", detections.key, calibrations, pair, frame, centre_rule, SelectionParameters(), shape)
-    kept = store.arrays("fits", key)
-    if kept is not None and {"heights_mm", "radii_mm", "converged", "centroid_m"} <= set(kept):
-        hull = Hull(kept["heights_mm"], kept["radii_mm"], kept["converged"], kept["centroid_m"])
-        return Fit(pair, frame, hull, measure_hull(hull, shape))
-    fit = fit_frame(recording, detections.views, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape)
-    hull = fit.hull
-    if hull.ok and hull.centroid_m is not None:
-        store.save_arrays(
-            "fits",
-            key,
-            heights_mm=hull.heights_mm,
-            radii_mm=hull.radii_mm,
-            converged=np.asarray(hull.converged),
-            centroid_m=hull.centroid_m,
-        )
-    return fit
 
 
 def _unread(found: ViewDetections) -> tuple[str, ...]:

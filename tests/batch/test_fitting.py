@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from corsmal import batch
-from corsmal.batch import load_detections, load_fit
+from corsmal.batch import fitting, load_detections, load_fit
 from corsmal.dataset import open_dataset
 from corsmal.estimation import fit_frame
 from corsmal.parameters import PAIRS, ShapeParameters
@@ -35,7 +34,7 @@ def forbid_fitting(monkeypatch):
     def refuse(*_args, **_choices):
         raise AssertionError("this should have come from the store")
 
-    monkeypatch.setattr(batch, "fit_frame", refuse)
+    monkeypatch.setattr(fitting, "fit_frame", refuse)
 
 
 def test_a_fit_is_the_same_from_the_store(with_files, store, monkeypatch):

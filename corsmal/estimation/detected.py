@@ -1,0 +1,45 @@
+"""The detections of a recording that were made elsewhere, and the container among those of a frame."""
+
+import numpy as np
+
+from corsmal.dataset import Recording, View
+from corsmal.detection import Detections, ViewDetections, filter_detections, read_coco_results
+from corsmal.errors import FileError
+from corsmal.parameters import CentreRule, SelectionParameters
+
+
+def read_view_detections(view: View) -> ViewDetections | None:
+    """Detections made elsewhere: the file that lies beside a view's video, None where there is none.
+
+    Raises:
+        FileError: the file or the video cannot be used.
+    """
+    if view.detections_path is None:
+        return None
+    with view.video() as video:
+        size, frame_count = video.size[::-1], video.frame_count
+    return read_coco_results(view.detections_path, size=size, frame_count=frame_count)
+
+
+def file_detections(recording: Recording) -> tuple[dict[str, ViewDetections], tuple[str, ...]]:
+    """Detections made elsewhere, for all views of a recording.
+
+    Returns:
+        Detections by view, and one sentence for each view whose file could not be used.
+    """
+    found, notes = {}, []
+    for name, view in recording.views.items():
+        try:
+            detections = read_view_detections(view)
+        except FileError as error:
+            notes.append(str(error))
+            continue
+        if detections is not None:
+            found[name] = detections
+    return found, tuple(notes)
+
+
+def container_mask(detections: Detections, *, centre_rule: CentreRule, parameters: SelectionParameters) -> np.ndarray:
+    """The (H, W) bool mask of the container among one frame's detections; all false where there is none."""
+    container = filter_detections(detections, centre_rule=centre_rule, parameters=parameters).container
+    return np.zeros(detections.size, dtype=bool) if container is None else detections.mask(container)

@@ -1,0 +1,96 @@
+"""The hull of one pair of views in one frame, measured."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+from corsmal.dataset import Recording
+from corsmal.detection import Detections
+from corsmal.errors import ArgumentError, FileError, NotFoundError
+from corsmal.estimation.detected import container_mask
+from corsmal.parameters import CentreRule, SelectionParameters, ShapeParameters
+from corsmal.selection import FrameDetections, Pair
+from corsmal.shape import Dimensions, Hull, fit_hull, measure_hull
+
+T = TypeVar("T")
+
+QUANTITIES = ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm")
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The hull of one pair of views in one frame.
+
+    Args:
+        pair: the two views.
+        frame: frame index, None if there was none to fit.
+        hull: the fitted hull, or a failed one with its reason.
+        dimensions: its measures, or failed ones with the reason.
+    """
+
+    pair: Pair
+    frame: int | None
+    hull: Hull
+    dimensions: Dimensions
+
+    @property
+    def ok(self) -> bool:
+        """Whether the four quantities are there."""
+        return self.dimensions.ok
+
+
+def fit_frame(
+    recording: Recording,
+    views: Mapping[str, FrameDetections],
+    *,
+    pair: Pair,
+    frame: int,
+    centre_rule: CentreRule,
+    shape: ShapeParameters | None = None,
+    selection: SelectionParameters | None = None,
+) -> Fit:
+    """Fit and measure the hull of one pair of views in one frame.
+
+    Args:
+        recording: gives the cameras.
+        views: unfiltered detections by view and frame.
+        pair: the two views.
+        frame: frame index.
+        centre_rule: the rung of the ladder with which the container is chosen.
+        shape: parameters of the fit; default: the paper's.
+        selection: parameters of the filter; default: the paper's.
+
+    Returns:
+        The fit; a missing camera, view or container is a failed one with the reason.
+    """
+    shape, selection = shape or ShapeParameters.paper(), selection or SelectionParameters()
+    try:
+        cameras = [_view_item(recording.views, name, "video").camera() for name in pair]
+        detections = [_frame_item(_view_item(views, name, "detections"), frame, name) for name in pair]
+    except (FileError, NotFoundError) as error:
+        return _failed_fit(pair, frame, str(error))
+    masks = [container_mask(item, centre_rule=centre_rule, parameters=selection) for item in detections]
+    for name, mask in zip(pair, masks, strict=True):
+        if not mask.any():
+            return _failed_fit(pair, frame, f"{name} has no container in frame {frame}")
+    try:
+        hull = fit_hull(cameras, masks, shape)
+    except ArgumentError as error:
+        return _failed_fit(pair, frame, str(error))
+    return Fit(pair, frame, hull, measure_hull(hull, shape))
+
+
+def _failed_fit(pair: Pair, frame: int | None, reason: str) -> Fit:
+    return Fit(pair, frame, Hull.failed(reason), Dimensions(reason=reason))
+
+
+def _view_item(views: Mapping[str, T], name: str, what: str) -> T:
+    if name not in views:
+        raise NotFoundError(f"{name} has no {what}")
+    return views[name]
+
+
+def _frame_item(frames: FrameDetections, frame: int, name: str) -> Detections:
+    if frame not in frames:
+        raise NotFoundError(f"frame {frame} of {name} was not inspected")
+    return frames[frame]

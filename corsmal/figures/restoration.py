@@ -1,0 +1,198 @@
+"""A mask before and after restoration, against the truth, and as the mass network sees it."""
+
+import base64
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from corsmal.figures.overlay import Image, jpeg, paint_mask
+from corsmal.figures.style import ADDED, AXIS, CONTAINER, OUTSIDE, TRUTH, Part, plain_layout, rgb
+from corsmal.mass import Axis, RestoredMask
+from corsmal.mass.judging import mask_iou
+
+Mask = NDArray[np.bool_]
+Box = tuple[int, int, int, int]
+
+PICTURE_PX = 480
+"""Pictures are enlarged by a whole number to about this, so that the pixels of masks keep their edges."""
+
+TINT, DIM = 0.55, 0.5
+GAP = 0.025
+"""Between panels, as a share of the figure's width."""
+
+SEEN, GAINED, MISSING, EXCESS = "seen", "added", "still missing", "too much"
+COLOURS = {SEEN: CONTAINER, GAINED: ADDED, MISSING: TRUTH, EXCESS: OUTSIDE}
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One of the pictures side by side.
+
+    Args:
+        title: what it shows.
+        note: the number to read off it.
+        box: (x0, y0, x1, y1) pixels that it spans, x1 and y1 excluded.
+        traces: what is drawn.
+        picture: what lies below, over the whole box.
+    """
+
+    title: str
+    note: str
+    box: Box
+    traces: list[Part] = field(default_factory=list)
+    picture: Image | None = None
+
+
+def restoration_figure(
+    image: Image,
+    mask: Mask,
+    restored: RestoredMask,
+    *,
+    network_input: NDArray[np.float32],
+    amodal: Mask | None = None,
+) -> go.Figure:
+    """What was seen, what restoring made of it, how far that is from the truth, and what the network is given.
+
+    Args:
+        image: (H, W, 3) uint8 RGB, the frame.
+        mask: (H, W) bool, the container's visible pixels.
+        restored: the restored mask, with pixels.
+        network_input: (112, 112) float32, 0..1.
+        amodal: (H, W) bool, the container's whole silhouette where it is known; without it that panel is left out.
+
+    Returns:
+        Panels side by side; those of the frame span the padded box, in the frame's pixels, and zoom together.
+    """
+    added = restored.added
+    panels = [
+        _frame_panel("Seen", f"{mask.sum():,} px", image, restored.crop, {SEEN: mask}),
+        _frame_panel(
+            "Restored", _restored_note(mask, restored), image, restored.crop, {SEEN: mask, GAINED: added}, is_dim=True
+        ),
+    ]
+    if restored.axis is not None:
+        panels[1].traces.append(_axis_line(restored.axis, restored.crop))
+    if amodal is not None:
+        layers = {
+            SEEN: mask & amodal,
+            GAINED: added & amodal,
+            MISSING: amodal & ~restored.mask,
+            EXCESS: restored.mask & ~amodal,
+        }
+        note = f"IoU {mask_iou(mask, amodal):.3f} before, {mask_iou(restored.mask, amodal):.3f} after"
+        panels.append(_frame_panel("Against the truth", note, image, restored.crop, layers, is_dim=True))
+    panels.append(_input_panel(network_input))
+    return _side_by_side(panels)
+
+
+def mask_png(image: NDArray[np.bool_] | NDArray[np.float32]) -> bytes:
+    """An (H, W) mask, bool or 0..1, as a grey PNG: 255 where it is whole."""
+    return bytes(cv2.imencode(".png", np.rint(255 * image.astype(np.float32)).astype(np.uint8))[1])
+
+
+def _restored_note(mask: Mask, restored: RestoredMask) -> str:
+    if restored.axis is None:
+        return "no axis: nothing added"
+    pixels, tilt_deg = int(restored.added.sum()), restored.axis.tilt_deg
+    side = "upright" if abs(tilt_deg) < 0.05 else f"leans {abs(tilt_deg):.1f}° {'right' if tilt_deg > 0 else 'left'}"
+    return f"{pixels:,} px added (+{100 * pixels / mask.sum():.1f} %), axis {side}"
+
+
+def _frame_panel(
+    title: str, note: str, image: Image, box: Box, layers: dict[str, Mask], *, is_dim: bool = False
+) -> Panel:
+    """The frame within a box, enlarged, with masks on it in the colours of what they are."""
+    x0, y0, x1, y1 = box
+    part = image[y0:y1, x0:x1]
+    if is_dim:
+        part = np.repeat((DIM * cv2.cvtColor(part, cv2.COLOR_RGB2GRAY))[..., None], 3, axis=2).astype(np.uint8)
+    factor = max(1, round(PICTURE_PX / max(part.shape)))
+    picture = np.asarray(cv2.resize(part, None, fx=factor, fy=factor), np.uint8)
+    for name, mask in layers.items():
+        inside = mask[y0:y1, x0:x1]
+        if inside.any():
+            large = np.kron(inside, np.ones((factor, factor), bool))
+            paint_mask(picture, large, rgb_colour=rgb(COLOURS[name]), opacity=TINT)
+    traces = [_legend_entry(name) for name, mask in layers.items() if mask.any()]
+    return Panel(title, note, box, traces, picture)
+
+
+def _legend_entry(name: str) -> Part:
+    marker = {"color": COLOURS[name], "size": 12, "symbol": "square"}
+    return {"type": "scatter", "x": [None], "y": [None], "mode": "markers", "marker": marker, "name": name}
+
+
+def _axis_line(axis: Axis, box: Box) -> Part:
+    """The axis from one side of a box to the other."""
+    x0, y0, x1, y1 = box
+    corners = np.array([(x0, y0), (x1, y0), (x0, y1), (x1, y1)])
+    point, direction = np.array(axis.point), np.array(axis.direction)
+    along = (corners - point) @ direction
+    ends = point + np.array([[along.min()], [along.max()]]) * direction
+    line = {"color": AXIS, "width": 3, "dash": "dash"}
+    return {"type": "scatter", "x": ends[:, 0], "y": ends[:, 1], "mode": "lines", "line": line, "name": "axis"}
+
+
+def _input_panel(network_input: NDArray[np.float32]) -> Panel:
+    height, width = network_input.shape
+    trace = {
+        "type": "heatmap",
+        "z": np.rint(100 * network_input).astype(np.uint8),
+        "zmin": 0,
+        "zmax": 100,
+        "colorscale": [[0, "#000000"], [1, "#FFFFFF"]],
+        "showscale": False,
+        "hovertemplate": "covered: %{z} %<extra></extra>",
+    }
+    return Panel("The network's input", f"{width} × {height} px", (0, 0, width, height), [trace])
+
+
+def _side_by_side(panels: list[Panel]) -> go.Figure:
+    """All panels in one figure, each to scale; a legend that names every kind of pixel once."""
+    layout = plain_layout(
+        margin={"l": 0, "r": 0, "t": 50, "b": 34},
+        legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": -0.02, "yanchor": "top"},
+        showlegend=True,
+        hovermode="closest",
+        images=[],
+        annotations=[],
+    )
+    traces, named = [], set()
+    width = (1 - GAP * (len(panels) - 1)) / len(panels)
+    for index, panel in enumerate(panels):
+        number = str(index + 1) if index else ""
+        left = index * (width + GAP)
+        x0, y0, x1, y1 = panel.box
+        hidden = {"visible": False, "constrain": "domain"}
+        layout[f"xaxis{number}"] = {"range": [x0 - 0.5, x1 - 0.5], "domain": [left, left + width], **hidden}
+        layout[f"yaxis{number}"] = {
+            "range": [y1 - 0.5, y0 - 0.5],
+            "anchor": f"x{number}",
+            "scaleanchor": f"x{number}",
+            "constraintoward": "top",
+            **hidden,
+        }
+        layout["annotations"].append(_title(panel, left + width / 2))
+        if panel.picture is not None:
+            layout["images"].append(_picture(panel.picture, panel.box, number))
+        for trace in panel.traces:
+            name = trace.get("name", "")
+            shown = {"showlegend": bool(name) and name not in named, "legendgroup": name}
+            traces.append(trace | shown | {"xaxis": f"x{number}", "yaxis": f"y{number}"})
+            named.add(name)
+    return go.Figure(traces, layout)
+
+
+def _title(panel: Panel, middle: float) -> Part:
+    place = {"xref": "paper", "yref": "paper", "x": middle, "xanchor": "center", "y": 1, "yanchor": "bottom"}
+    return {"text": f"<b>{panel.title}</b><br>{panel.note}", "showarrow": False, **place}
+
+
+def _picture(picture: Image, box: Box, number: str) -> Part:
+    x0, y0, x1, y1 = box
+    place = {"x": x0 - 0.5, "y": y0 - 0.5, "sizex": x1 - x0, "sizey": y1 - y0, "sizing": "stretch", "layer": "below"}
+    source = "data:image/jpeg;base64," + base64.b64encode(jpeg(picture, quality=92)).decode()
+    return {"source": source, "xref": f"x{number}", "yref": f"y{number}", **place}

@@ -1,0 +1,69 @@
+"""What a predicted mass hangs on."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from corsmal.figures.style import CONTAINER, INPUT_COLOURS, TRUTH, Part, axis, plain_layout
+
+Floats = NDArray[np.float64]
+
+
+def sensitivity_figure(
+    changes: Floats, masses_g: Mapping[str, Floats], *, values: Mapping[str, float], true_g: float | None = None
+) -> go.Figure:
+    """The mass as one of the network's numbers changes and the others stay.
+
+    Args:
+        changes: (n,) relative changes, 0 among them; 0.1 stands for 10 % more.
+        masses_g: (n,) grams by number, a line each.
+        values: what each number is without a change.
+        true_g: the true mass, a dashed line.
+
+    Returns:
+        The lines against the change in %, and a point where all numbers are as they are.
+    """
+    percent = 100 * np.asarray(changes)
+    traces = [
+        _line(percent, name, np.asarray(masses), values[name], colour)
+        for (name, masses), colour in zip(masses_g.items(), INPUT_COLOURS, strict=False)
+    ]
+    layout = plain_layout(
+        xaxis=axis("change of one number, the others as they are (%)", range=[percent.min(), percent.max()]),
+        yaxis=axis("container mass (g)", rangemode="tozero"),
+    )
+    if masses_g:
+        traces.append(_now(next(iter(masses_g.values()))[np.abs(percent).argmin()]))
+    if true_g is not None:
+        ends = {"xref": "x domain", "x0": 0, "x1": 1, "y0": true_g, "y1": true_g}
+        layout["shapes"] = [{"type": "line", **ends, "line": {"color": TRUTH, "width": 2, "dash": "dash"}}]
+        place = {"xref": "x domain", "x": 1, "xanchor": "right", "y": true_g, "yanchor": "bottom", "showarrow": False}
+        layout["annotations"] = [{"text": f"true mass: {true_g:g} g", "font": {"color": TRUTH}, **place}]
+    return go.Figure(traces, layout)
+
+
+def _line(percent: Floats, name: str, masses_g: Floats, value: float, colour: str) -> Part:
+    return {
+        "type": "scatter",
+        "x": percent,
+        "y": masses_g,
+        "customdata": value * (1 + percent / 100),
+        "mode": "lines",
+        "name": f"{name} (+10 %: {np.interp(10, percent, masses_g) - np.interp(0, percent, masses_g):+.1f} g)",
+        "line": {"color": colour, "width": 3},
+        "hovertemplate": f"{name}: %{{customdata:.1f}}<br>%{{y:.1f}} g<extra></extra>",
+    }
+
+
+def _now(mass_g: float) -> Part:
+    return {
+        "type": "scatter",
+        "x": [0.0],
+        "y": [float(mass_g)],
+        "mode": "markers",
+        "name": "now",
+        "marker": {"color": CONTAINER, "size": 13, "line": {"color": "#FFFFFF", "width": 2}},
+        "hovertemplate": "now: %{y:.1f} g<extra></extra>",
+    }

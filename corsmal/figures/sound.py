@@ -1,0 +1,93 @@
+"""A recording's sound as it is drawn: the waveform's envelope and the log-mel rows as a small picture."""
+
+import base64
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from corsmal.errors import ArgumentError
+from corsmal.figures.overlay import jpeg
+
+Floats = NDArray[np.float32]
+
+ENVELOPE_POINTS = 900
+"""More than the plot has pixels would change nothing but the time to send them."""
+
+PICTURE_WIDTH = 1200
+PICTURE_QUALITY = 92
+LOG_MEL_DB = (-40.0, 20.0)
+"""Power of a band at the two ends of the colours, the same for all recordings."""
+
+DB_PER_NEPER = 10 / np.log(10)
+
+
+@dataclass(frozen=True, eq=False)
+class SoundPicture:
+    """What is drawn of one channel.
+
+    Args:
+        times_s: (n,) the middles of equal parts of the waveform.
+        low: (n,) the least sample of each part.
+        high: (n,) the greatest.
+        log_mel: the log-mel rows as a JPEG in a ``data:`` address, low frequencies at the bottom.
+        span_s: where the picture begins and ends; its first row is centred at 0 s.
+        bands: how many mel bands it is high.
+        highest_hz: where the highest band ends.
+        duration_s: of the sound.
+    """
+
+    times_s: Floats
+    low: Floats
+    high: Floats
+    log_mel: str
+    span_s: tuple[float, float]
+    bands: int
+    highest_hz: float
+    duration_s: float
+
+
+def sound_picture(samples: Floats, rows: Floats, *, sample_rate_hz: int, row_s: float, highest_hz: float) -> SoundPicture:
+    """Prepare one channel for drawing, however long it is.
+
+    Args:
+        samples: (S,) waveform, S at least 1.
+        rows: (T, bands) natural logarithms of the bands' power.
+        sample_rate_hz: of the samples.
+        row_s: seconds from one row to the next.
+        highest_hz: where the highest band ends.
+
+    Raises:
+        ArgumentError: an array is empty or has another shape.
+    """
+    if samples.ndim != 1 or rows.ndim != 2 or not samples.size or not rows.size:
+        raise ArgumentError(f"samples must be (S,) and rows (T, bands), not empty, got {samples.shape}, {rows.shape}")
+    starts = np.unique(np.linspace(0, len(samples), ENVELOPE_POINTS, endpoint=False).astype(int))
+    ends = np.append(starts[1:], len(samples))
+    return SoundPicture(
+        times_s=((starts + ends) / 2 / sample_rate_hz).astype(np.float32),
+        low=np.minimum.reduceat(samples, starts).astype(np.float32),
+        high=np.maximum.reduceat(samples, starts).astype(np.float32),
+        log_mel=_picture(rows),
+        span_s=(-row_s / 2, (len(rows) - 0.5) * row_s),
+        bands=rows.shape[1],
+        highest_hz=highest_hz,
+        duration_s=len(samples) / sample_rate_hz,
+    )
+
+
+def band_of(frequency_hz: float, *, bands: int, highest_hz: float) -> float:
+    """The band, from 0, whose middle lies at a frequency; between two bands a fraction. HTK's mel scale."""
+    share = np.log1p(frequency_hz / 700) / np.log1p(highest_hz / 700)
+    return float(share * (bands + 1) - 1)
+
+
+def _picture(rows: Floats) -> str:
+    low, high = LOG_MEL_DB
+    shares = (rows.T[::-1] * DB_PER_NEPER - low) / (high - low)
+    grey = (255 * shares.clip(0, 1)).round().astype(np.uint8)
+    coloured = np.asarray(cv2.cvtColor(cv2.applyColorMap(grey, cv2.COLORMAP_MAGMA), cv2.COLOR_BGR2RGB), np.uint8)
+    if coloured.shape[1] > PICTURE_WIDTH:
+        coloured = np.asarray(cv2.resize(coloured, (PICTURE_WIDTH, len(coloured)), interpolation=cv2.INTER_AREA), np.uint8)
+    return "data:image/jpeg;base64," + base64.b64encode(jpeg(coloured, quality=PICTURE_QUALITY)).decode("ascii")

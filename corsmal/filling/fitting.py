@@ -1,0 +1,176 @@
+"""Fitting one network: checkpoints, logs, and which epoch's weights are kept (paper 2)."""
+
+import contextlib
+import logging
+import math
+import pickle
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import lightning
+import torch
+from lightning.pytorch.callbacks import Callback
+from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
+
+from corsmal.errors import FileError
+from corsmal.files import writing
+from corsmal.filling.module import FillingModule, stream
+from corsmal.filling.network import FillingModel
+from corsmal.filling.recipe import FillingTraining
+from corsmal.filling.samples import FillingSample
+from corsmal.filling.weights import read_filling, save_filling
+
+LOSS_FLOOR = 0.15
+"""Of either loss in rule (1)."""
+
+
+def keeps(lowest: float, level_loss: float, type_loss: float) -> bool:
+    """Rule (1): whether an epoch's weights replace those that were kept.
+
+    Args:
+        lowest: L, the sum of the two losses of the epoch that was kept last; infinity before the first.
+        level_loss: cross-entropy of the levels on the validation recordings.
+        type_loss: that of the types.
+    """
+    if not math.isfinite(level_loss + type_loss):
+        return False
+    return lowest > max(LOSS_FLOOR, level_loss) + max(LOSS_FLOOR, type_loss)
+
+
+def fit_network(
+    folder: Path,
+    samples: Sequence[FillingSample],
+    *,
+    training: FillingTraining,
+    index: int,
+    seed: int,
+    validation: Sequence[FillingSample],
+    progress: Callable[[float], None] | None = None,
+) -> FillingModel:
+    """Fit one network, or go on where a run in the same folder was stopped.
+
+    A run that is stopped and goes on gives the same weights as one that is not: every epoch draws from a generator
+    of its own.
+
+    Args:
+        folder: gets ``checkpoints/last.ckpt``, ``log/version_N/metrics.csv`` for the Nth start, TensorBoard's log and
+            ``network.safetensors``.
+        samples: the recordings to train on.
+        training: the settings.
+        index: which of its networks.
+        seed: of everything that is drawn, together with ``index``.
+        validation: what rule (1) looks at; may be empty where the last epoch is kept.
+        progress: called after every epoch with the fraction that is done.
+
+    Returns:
+        The network with the weights that were kept.
+
+    Raises:
+        FileError: the folder cannot be written, or its checkpoint is broken, or training diverged.
+    """
+    done = folder / "network.safetensors"
+    if done.exists():
+        return read_filling(done)[0]
+    last = folder / "checkpoints" / "last.ckpt"
+    _check_checkpoint(last)
+    with torch.random.fork_rng(), _quiet():
+        torch.manual_seed(stream(seed, index))
+        module = FillingModule(training, index, samples, validation, seed=seed)
+        keeper = KeepBest(folder / "kept.safetensors", module.network)
+        trainer = lightning.Trainer(
+            accelerator="auto",
+            devices=1,
+            max_epochs=training.epochs,
+            reload_dataloaders_every_n_epochs=1,
+            num_sanity_val_steps=0,
+            limit_val_batches=1.0 if validation else 0,
+            logger=[CSVLogger(folder, name="log"), TensorBoardLogger(folder, name="", version="tensorboard")],
+            log_every_n_steps=1,
+            callbacks=[
+                *([keeper] if training.keep == "best" else []),
+                _Checkpoint(last),
+                _Progress(progress),
+            ],
+            enable_checkpointing=False,
+            enable_model_summary=False,
+            enable_progress_bar=False,
+        )
+        trainer.fit(module, ckpt_path=last if last.exists() else None, weights_only=True)
+    network = module.network.cpu().eval()
+    if training.keep == "best" and keeper.path.exists():
+        [network] = read_filling(keeper.path)
+    if not math.isfinite(sum(float(value.sum()) for value in network.state_dict().values())):
+        raise FileError(folder, "training diverged; delete the folder and lower the learning rate")
+    save_filling(done, [network])
+    return network
+
+
+class KeepBest(Callback):
+    """Writes the weights of an epoch when rule (1) says so.
+
+    Args:
+        path: the file that the weights are written to.
+        network: whose weights.
+    """
+
+    def __init__(self, path: Path, network: FillingModel) -> None:
+        self.path, self._network = path, network
+        self.lowest = math.inf
+
+    def on_validation_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule) -> None:  # noqa: ARG002 - Lightning's signature
+        """Apply rule (1); when no later epoch could fulfil it, stop."""
+        level, kind = (float(trainer.callback_metrics[f"validation_{task}_loss"]) for task in ("level", "type"))
+        if keeps(self.lowest, level, kind):
+            self.lowest = level + kind
+            save_filling(self.path, [self._network])
+        trainer.should_stop = self.lowest <= 2 * LOSS_FLOOR
+
+    def state_dict(self) -> dict[str, Any]:
+        """What a run that goes on needs to know."""
+        return {"lowest": self.lowest}
+
+    def load_state_dict(self, state_dict: dict[str, Any]) -> None:
+        """Of the run that goes on."""
+        self.lowest = float(state_dict["lowest"])
+
+
+class _Checkpoint(Callback):
+    """All that is needed to go on, after every epoch, in one file that is whole at any time."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def on_train_epoch_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule) -> None:  # noqa: ARG002 - Lightning's signature
+        with writing(self._path, advice="choose another folder") as part:
+            trainer.save_checkpoint(part)
+
+
+class _Progress(Callback):
+    def __init__(self, report: Callable[[float], None] | None) -> None:
+        self._report = report
+
+    def on_train_epoch_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule) -> None:  # noqa: ARG002 - Lightning's signature
+        if self._report is not None:
+            self._report((trainer.current_epoch + 1) / (trainer.max_epochs or 1))
+
+
+def _check_checkpoint(path: Path) -> None:
+    try:
+        torch.load(path, map_location="cpu", weights_only=True)["callbacks"]
+    except FileNotFoundError:
+        return
+    except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
+        raise FileError(path, "is no checkpoint of this training; delete it to begin again") from error
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Lightning says on every fit which accelerators there are; a cross-validation has dozens of fits."""
+    logger = logging.getLogger("lightning.pytorch")
+    level = logger.level
+    logger.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)

@@ -1,0 +1,88 @@
+"""One network with its passes, its losses and its optimiser, for Lightning (paper 2 and 4.2)."""
+
+from collections.abc import Sequence
+
+import lightning
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from corsmal.filling.network import FillingModel
+from corsmal.filling.recipe import FillingTraining
+from corsmal.filling.samples import Batch, Batches, FillingSample
+
+
+class FillingModule(lightning.LightningModule):
+    """One network with its passes, its losses and its optimiser.
+
+    Args:
+        training: the settings.
+        index: which of its networks.
+        samples: the recordings to train on.
+        validation: the recordings to validate on.
+        seed: of everything that is drawn.
+    """
+
+    def __init__(
+        self,
+        training: FillingTraining,
+        index: int,
+        samples: Sequence[FillingSample],
+        validation: Sequence[FillingSample],
+        *,
+        seed: int,
+    ) -> None:
+        super().__init__()
+        self.network = FillingModel(training.networks[index])
+        self.network.learn_statistics([sample.features for sample in samples])
+        self._training, self._index, self._seed = training, index, seed
+        self._samples, self._validation = samples, validation
+
+    def train_dataloader(self) -> Batches:
+        """The passes of the epoch; asked for anew in every epoch."""
+        rng = np.random.default_rng([self._seed, self._index, self.current_epoch])
+        return Batches(self._samples, size=self._training.batch, tasks=self._training.tasks, rng=rng)
+
+    def val_dataloader(self) -> Batches:
+        """Whole recordings in their order."""
+        return Batches(self._validation, size=self._training.batch, tasks=("both",), rng=None)
+
+    def on_train_epoch_start(self) -> None:
+        """Dropout depends on the epoch alone, so that a run that goes on draws what it would have drawn."""
+        torch.manual_seed(stream(self._seed, self._index, self.current_epoch))
+
+    def training_step(self, batch: Batch) -> Tensor:
+        """The loss of the batch's task; the other task's head is fixed."""
+        self.network.level_head.requires_grad_(batch.task != "type")
+        self.network.type_head.requires_grad_(batch.task != "level")
+        losses = {task: loss for task, loss in self._losses(batch).items() if batch.task in (task, "both")}
+        for task, loss in losses.items():
+            self.log(f"{task}_loss", loss, on_step=False, on_epoch=True, batch_size=len(batch))
+        return torch.stack(list(losses.values())).sum()
+
+    def validation_step(self, batch: Batch) -> None:
+        """Both losses, their means over the recordings logged."""
+        for task, loss in self._losses(batch).items():
+            self.log(f"validation_{task}_loss", loss, batch_size=len(batch))
+
+    def _losses(self, batch: Batch) -> dict[str, Tensor]:
+        """The mean cross-entropies over the batch's recordings."""
+        losses = {"level": torch.zeros((), device=self.device), "type": torch.zeros((), device=self.device)}
+        for part in batch.parts:
+            types, levels = self.network(part.features, part.mask)
+            losses["level"] = losses["level"] + functional.cross_entropy(levels, part.levels, reduction="sum")
+            losses["type"] = losses["type"] + functional.cross_entropy(types, part.types, reduction="sum")
+        return {task: loss / len(batch) for task, loss in losses.items()}
+
+    def configure_optimizers(self) -> torch.optim.Optimizer:
+        """AdamW over everything; what gets no gradient in a pass is not changed by it."""
+        settings = self._training
+        return torch.optim.AdamW(
+            self.network.parameters(), settings.rate, weight_decay=settings.weight_decay, fused=True
+        )
+
+
+def stream(*numbers: int) -> int:
+    """A seed of its own for every combination of numbers."""
+    return int(np.random.SeedSequence(numbers).generate_state(1)[0])

@@ -1,0 +1,260 @@
+"""The network that filling type and level share (paper 2): CNN encoder, Transformer encoder, two heads.
+
+The paper gives the layers and no widths. Chosen: blocks normalise before attention and before their FC layers, and not
+after the last; the FC layers inside a block are twice as wide as the features; GELU between two FC layers.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import get_args
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from corsmal.errors import ArgumentError
+from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES, Decoding
+
+KERNEL_NOISE = 0.02
+"""Deviation of the random part of the first kernels, whose middle is 1."""
+
+DEVIATION_MIN = 1e-6
+"""A feature with a smaller deviation counts as one that never changes."""
+
+
+@dataclass(frozen=True)
+class FillingConfig:
+    """Sizes of the network, what it is given, and how its answer is read.
+
+    Args:
+        channels: C, channels of the features: 8 microphones, or 1 for features that were mixed before.
+        features: features per row: N_mel of Table 1, and the width of the Transformer.
+        heads: of each block's self-attention.
+        blocks: encoder blocks.
+        hidden: width between the two FC layers of a block.
+        head_hidden: width between the two FC layers of a classification head.
+        dropout: of what attention and FC layers give, while training.
+        duration_input: whether the heads are also given log T.
+        standardise: whether features are standardised, each of the ``features`` by its mean and deviation in training.
+        decoding: how type and level are read off the two heads' probabilities.
+
+    Raises:
+        ArgumentError: a size is not a positive whole number, or they do not fit together.
+    """
+
+    channels: int = 8
+    features: int = 128
+    heads: int = 4
+    blocks: int = 3
+    hidden: int = 256
+    head_hidden: int = 64
+    dropout: float = 0.1
+    duration_input: bool = False
+    standardise: bool = True
+    decoding: Decoding = "independent"
+
+    def __post_init__(self) -> None:
+        for name in ("channels", "features", "heads", "blocks", "hidden", "head_hidden"):
+            size = getattr(self, name)
+            if type(size) is not int or size < 1:
+                raise ArgumentError(f"{name} must be a positive whole number, got {size!r}")
+        if self.features % self.heads or self.features % 2:
+            raise ArgumentError(f"features must be even and a multiple of heads, got {self.features} and {self.heads}")
+        if not (isinstance(self.dropout, float | int) and 0 <= self.dropout < 1):
+            raise ArgumentError(f"dropout must lie in 0..1, got {self.dropout!r}")
+        for name in ("duration_input", "standardise"):
+            if type(getattr(self, name)) is not bool:
+                raise ArgumentError(f"{name} must be true or false, got {getattr(self, name)!r}")
+        if self.decoding not in get_args(Decoding):
+            raise ArgumentError(f"decoding must be 'independent' or 'feasible', got {self.decoding!r}")
+
+    @classmethod
+    def paper(cls, *, channels: int = 8) -> "FillingConfig":
+        """The paper's network."""
+        return cls(channels=channels)
+
+    @classmethod
+    def tuned(cls, *, channels: int = 8, standardise: bool = False) -> "FillingConfig":
+        """The same layers; the heads know the duration, and only pairs that exist are answered."""
+        return cls(channels=channels, duration_input=True, standardise=standardise, decoding="feasible")
+
+
+class CNNEncoder(nn.Module):
+    """A depthwise 5×5 convolution, then a pointwise one to a single channel (paper 2.1).
+
+    It starts near the mean of the channels: random kernels blur the features and leave them smaller than the positions,
+    and some trainings never took off. The pointwise one is written as a linear layer over the channels, and the
+    channels are kept last: the same numbers in a fraction of the time.
+    """
+
+    def __init__(self, channels: int) -> None:
+        super().__init__()
+        self.depthwise = nn.Conv2d(channels, channels, 5, padding=2, groups=channels)
+        self.pointwise = nn.Linear(channels, 1)
+        with torch.no_grad():
+            nn.init.dirac_(self.depthwise.weight, groups=channels)
+            self.depthwise.weight += KERNEL_NOISE * torch.randn_like(self.depthwise.weight)
+            nn.init.constant_(self.pointwise.weight, 1 / channels)
+            for layer in ("depthwise", "pointwise"):
+                nn.init.zeros_(self.get_parameter(f"{layer}.bias"))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(B, C, T, features) to (B, T, features)."""
+        x = self.depthwise(x.contiguous(memory_format=torch.channels_last))
+        encoded: Tensor = self.pointwise(x.permute(0, 2, 3, 1))  # (B, T, features, 1)
+        return encoded.squeeze(3)
+
+
+class Block(nn.Module):
+    """Self-attention and two FC layers, each with a shortcut, each behind a LayerNorm (paper 2.2)."""
+
+    def __init__(self, config: FillingConfig) -> None:
+        super().__init__()
+        self.norm_attention = nn.LayerNorm(config.features)
+        self.attention = nn.MultiheadAttention(config.features, config.heads, batch_first=True)
+        self.norm_layers = nn.LayerNorm(config.features)
+        self.layers = nn.Sequential(
+            nn.Linear(config.features, config.hidden),
+            nn.GELU(),
+            nn.Dropout(config.dropout),
+            nn.Linear(config.hidden, config.features),
+        )
+        self.dropout = nn.Dropout(config.dropout)
+
+    def forward(self, x: Tensor, padding: Tensor, *, cls_only: bool = False) -> tuple[Tensor, Tensor | None]:
+        """One block.
+
+        Args:
+            x: (B, T + 1, features).
+            padding: (B, T + 1) bool, true where nobody is to attend to.
+            cls_only: compute what comes of the cls embedding alone, the same numbers in less time.
+
+        Returns:
+            (B, T + 1, features), or (B, 1, features) with the (B, 1, T + 1) weights of its attention, mean over heads.
+        """
+        keys = self.norm_attention(x)
+        queries, x = (keys[:, :1], x[:, :1]) if cls_only else (keys, x)
+        attended, weights = self.attention(queries, keys, keys, key_padding_mask=padding, need_weights=cls_only)
+        x = x + self.dropout(attended)
+        return x + self.dropout(self.layers(self.norm_layers(x))), weights
+
+
+class FillingModel(nn.Module):
+    """Features of recordings to the logits of filling type and level (paper 2, figure 1).
+
+    Args:
+        config: its sizes.
+
+    Example:
+        >>> model = FillingModel(FillingConfig.paper(channels=1)).eval()
+        >>> types, levels = model(torch.rand(2, 1, 30, 128))
+        >>> types.shape, levels.shape
+        (torch.Size([2, 4]), torch.Size([2, 3]))
+    """
+
+    feature_mean: Tensor
+    feature_std: Tensor
+    duration_mean: Tensor
+    duration_std: Tensor
+
+    def __init__(self, config: FillingConfig) -> None:
+        super().__init__()
+        self.config = config
+        self.register_buffer("feature_mean", torch.zeros(config.features))
+        self.register_buffer("feature_std", torch.ones(config.features))
+        self.register_buffer("duration_mean", torch.zeros(()))
+        self.register_buffer("duration_std", torch.ones(()))
+        self.cnn = CNNEncoder(config.channels)
+        self.cls = nn.Parameter(torch.randn(config.features) * 0.02)
+        self.blocks = nn.ModuleList(Block(config) for _ in range(config.blocks))
+        self.type_head = self._head(len(TYPE_NAMES))
+        self.level_head = self._head(len(LEVEL_NAMES))
+
+    def _head(self, classes: int) -> nn.Sequential:
+        given = self.config.features + self.config.duration_input
+        hidden = self.config.head_hidden
+        return nn.Sequential(
+            nn.Linear(given, hidden), nn.GELU(), nn.Dropout(self.config.dropout), nn.Linear(hidden, classes)
+        )
+
+    def learn_statistics(self, recordings: Sequence[NDArray[np.float32]]) -> None:
+        """Take the means and deviations of features and log T from the training set.
+
+        Args:
+            recordings: (C, T, features) each.
+        """
+        durations = np.log([features.shape[1] for features in recordings])
+        self._take("duration", durations.mean(), durations.std())
+        if self.config.standardise:
+            rows = sum(features.shape[0] * features.shape[1] for features in recordings)
+            sums = [features.sum(axis=(0, 1), dtype=np.float64) for features in recordings]
+            mean = np.sum(sums, axis=0) / rows
+            squares = [((features - mean) ** 2).sum(axis=(0, 1)) for features in recordings]
+            self._take("feature", mean, np.sqrt(np.sum(squares, axis=0) / rows))
+
+    def _take(self, name: str, mean: NDArray[np.float64], deviation: NDArray[np.float64]) -> None:
+        """What never changes is left as large as it is."""
+        self.get_buffer(f"{name}_mean").copy_(torch.as_tensor(mean))
+        self.get_buffer(f"{name}_std").copy_(torch.as_tensor(np.where(deviation > DEVIATION_MIN, deviation, 1.0)))
+
+    def forward(self, features: Tensor, mask: Tensor | None = None) -> tuple[Tensor, Tensor]:
+        """The logits of a batch.
+
+        Args:
+            features: (B, C, T, features) float32; rows beyond a recording's end may hold anything finite.
+            mask: (B, T) bool, true on a recording's own rows, which come first; default: all are.
+
+        Returns:
+            (B, 4) type logits and (B, 3) level logits, before the softmax.
+
+        Raises:
+            ArgumentError: the arrays have other shapes, or a recording has no rows.
+        """
+        types, levels, _ = self.explain(features, mask)
+        return types, levels
+
+    def explain(self, features: Tensor, mask: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
+        """``forward``, and what the cls embedding attends to.
+
+        Returns:
+            (B, 4), (B, 3) and (B, T): the attention of the last block, mean over heads, without what the embedding
+            pays to itself; sums to 1 over T.
+        """
+        mask = self._checked(features, mask)
+        x = (features - self.feature_mean) / self.feature_std
+        x = self.cnn(x * mask[:, None, :, None])  # zeros beyond the end, as the convolution's own padding
+        x = torch.cat([self.cls.expand(len(x), 1, -1), x], dim=1)  # (B, T + 1, features)
+        x = x + sinusoidal_positions(x.shape[1], x.shape[2]).to(x)
+        padding = torch.cat([mask.new_zeros(len(mask), 1), ~mask], dim=1)  # (B, T + 1)
+        for block in self.blocks[:-1]:
+            x, _ = block(x, padding)
+        x, weights = self.blocks[-1](x, padding, cls_only=True)  # (B, 1, features), (B, 1, T + 1)
+        z = x[:, 0]
+        if self.config.duration_input:
+            durations = (mask.sum(dim=1).log() - self.duration_mean) / self.duration_std
+            z = torch.cat([z, durations[:, None]], dim=1)
+        attention = weights[:, 0, 1:]
+        return self.type_head(z), self.level_head(z), attention / attention.sum(dim=1, keepdim=True)
+
+    def _checked(self, features: Tensor, mask: Tensor | None) -> Tensor:
+        expected = (self.config.channels, self.config.features)
+        if features.ndim != 4 or (features.shape[1], features.shape[3]) != expected:
+            wanted = f"(B, {expected[0]}, T, {expected[1]})"
+            raise ArgumentError(f"features must be {wanted}, got {tuple(features.shape)}")
+        lengths = (features.shape[0], features.shape[2])
+        if mask is None:
+            mask = torch.ones(lengths, dtype=torch.bool, device=features.device)
+        if mask.shape != lengths or mask.dtype != torch.bool:
+            raise ArgumentError(f"mask must be {lengths} of bool, got {tuple(mask.shape)} of {mask.dtype}")
+        if not mask.any(dim=1).all():
+            raise ArgumentError("features must have at least one row in every recording")
+        return mask
+
+
+def sinusoidal_positions(length: int, width: int) -> Tensor:
+    """(length, width) P[p, 2i] = sin(p / 10000^(2i / width)), P[p, 2i + 1] = the cosine of the same (paper 2.2)."""
+    rates = torch.exp(torch.arange(0, width, 2) * (-math.log(10_000) / width))
+    angles = torch.arange(length)[:, None] * rates  # (length, width / 2)
+    return torch.stack([angles.sin(), angles.cos()], dim=-1).flatten(1)

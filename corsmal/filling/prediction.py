@@ -1,0 +1,149 @@
+"""Filling type and level of a recording, from its features and trained weights."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from corsmal.detection.weights import file_sha256
+from corsmal.errors import ArgumentError
+from corsmal.filling.network import FillingConfig, FillingModel
+from corsmal.filling.records import FillingPrediction
+from corsmal.filling.weights import read_filling
+
+WINDOWS_AT_ONCE = 32
+PROBABILITY_MIN = 1e-12
+"""The smallest probability whose logarithm is stored."""
+
+
+class FillingPredictor:
+    """One trained network, or several whose probabilities are averaged.
+
+    Args:
+        weights: safetensors written by ``save_filling``.
+        device: such as ``cuda:0``; default: the CPU, which is quick enough for one recording.
+
+    Raises:
+        FileError: the file is absent, broken, or of something else.
+        ArgumentError: there is no such device.
+
+    Example:
+        >>> predictor = FillingPredictor(Path("filling.safetensors"))  # doctest: +SKIP
+        >>> prediction = predictor.predict(features)  # (C, T, 128)  # doctest: +SKIP
+        >>> prediction.filling_type, prediction.filling_level, prediction.type_probabilities  # doctest: +SKIP
+    """
+
+    def __init__(self, weights: Path, *, device: str | None = None) -> None:
+        self._models = read_filling(weights)
+        self._device = _device(device)
+        for model in self._models:
+            model.to(self._device)
+        count = len(self._models)
+        self.name = f"filling network, weights {weights.name}" + (f", mean of {count}" if count > 1 else "")
+        self.digest = f"filling network {file_sha256(weights)}"
+
+    @property
+    def config(self) -> FillingConfig:
+        """Of the first model; all agree on the channels, the features and how the answer is read."""
+        return self._models[0].config
+
+    @property
+    def channels(self) -> int:
+        """C of the features that it expects."""
+        return self.config.channels
+
+    def predict(
+        self, features: NDArray[np.floating], *, crop: tuple[int, int] | None = None, steps_s: float | None = None
+    ) -> FillingPrediction:
+        """What one recording holds.
+
+        Args:
+            features: (C, T, features), log-mel or such as the weights were trained on.
+            crop: [start, end) of the rows to look at; default: all.
+            steps_s: seconds from one row to the next, kept in the record.
+
+        Raises:
+            ArgumentError: the features have another shape, are empty or not finite, or the crop lies outside.
+        """
+        rows = crop or (0, features.shape[1] if features.ndim == 3 else 0)
+        return self._predict(features, [rows], steps_s)[0]
+
+    def predict_windows(
+        self, features: NDArray[np.floating], *, window: int, hop: int, steps_s: float | None = None
+    ) -> list[FillingPrediction]:
+        """What the network would say had it heard only a window, sliding across the recording.
+
+        Args:
+            features: as for ``predict``.
+            window: rows of a window; a shorter recording is one window.
+            hop: rows from the start of one window to the next.
+            steps_s: seconds from one row to the next, kept in the records.
+
+        Returns:
+            One record per window that lies inside the recording; ``rows`` says where.
+
+        Raises:
+            ArgumentError: window or hop is not positive, or as for ``predict``.
+        """
+        if window < 1 or hop < 1:
+            raise ArgumentError(f"window and hop must be at least one row, got {window} and {hop}")
+        total = features.shape[1] if features.ndim == 3 else 0
+        starts = range(0, max(total - window, 0) + 1, hop)
+        return self._predict(features, [(start, min(start + window, total)) for start in starts], steps_s)
+
+    def _predict(
+        self, features: NDArray[np.floating], crops: Sequence[tuple[int, int]], steps_s: float | None
+    ) -> list[FillingPrediction]:
+        """One record per crop; all crops are equally long."""
+        self._check(features, crops)
+        cut = [torch.tensor(features[:, start:end], dtype=torch.float32) for start, end in crops]
+        batches = [torch.stack(cut[first : first + WINDOWS_AT_ONCE]) for first in range(0, len(cut), WINDOWS_AT_ONCE)]
+        answers = [_answer(self._models, batch.to(self._device)) for batch in batches]
+        types, levels, attention = (torch.cat(part).cpu().double().numpy() for part in zip(*answers, strict=True))
+        return [
+            FillingPrediction(
+                type_logits=types[index],
+                level_logits=levels[index],
+                attention=attention[index] / attention[index].sum(),
+                steps_s=steps_s,
+                rows=rows,
+                decoding=self.config.decoding,
+            )
+            for index, rows in enumerate(crops)
+        ]
+
+    def _check(self, features: NDArray[np.floating], crops: Sequence[tuple[int, int]]) -> None:
+        expected = (self.config.channels, self.config.features)
+        if features.ndim != 3 or (features.shape[0], features.shape[2]) != expected or not features.shape[1]:
+            wanted = f"({expected[0]}, T, {expected[1]}) with T at least 1"
+            raise ArgumentError(f"features must be {wanted} for these weights, got {features.shape}")
+        if not np.isfinite(features).all():
+            raise ArgumentError("features must be finite, got NaN or infinity")
+        for start, end in crops:
+            if not 0 <= start < end <= features.shape[1]:
+                raise ArgumentError(f"crop must lie in 0..{features.shape[1]}, start before end, got {(start, end)}")
+
+
+@torch.inference_mode()
+def _answer(models: Sequence[FillingModel], batch: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """(B, 4) and (B, 3) logits and (B, T) attention: one model's own, or the mean of several (of probabilities)."""
+    types, levels, attention = zip(*(model.explain(batch) for model in models), strict=True)
+    return _mean_logits(types), _mean_logits(levels), torch.stack(tuple(attention)).mean(dim=0)
+
+
+def _mean_logits(logits: Sequence[Tensor]) -> Tensor:
+    if len(logits) == 1:
+        return logits[0]
+    return torch.stack(tuple(logits)).softmax(dim=-1).mean(dim=0).clamp_min(PROBABILITY_MIN).log()
+
+
+def _device(name: str | None) -> torch.device:
+    try:
+        device = torch.device(name or "cpu")
+        torch.empty(1, device=device)
+    except (RuntimeError, AssertionError) as error:
+        raise ArgumentError(f"device {name!r} cannot be used: {str(error).splitlines()[0]}") from error
+    return device

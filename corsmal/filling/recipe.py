@@ -1,0 +1,85 @@
+"""How the filling network is trained: every number of it, with the paper's preset and a tuned one."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+from corsmal.errors import ArgumentError
+from corsmal.filling.network import FillingConfig
+from corsmal.filling.samples import Task
+from corsmal.filling.weights import check_together
+
+Preset = Literal["paper", "tuned"]
+Passes = Literal["alternating", "joint"]
+Keep = Literal["best", "last"]
+
+
+@dataclass(frozen=True)
+class FillingTraining:
+    """How the filling network is trained.
+
+    Args:
+        networks: one config per network; each starts from weights of its own, and their probabilities are averaged.
+        passes: ``alternating``: an epoch is a pass for the type on random crops with the level head fixed, then one
+            for the level on whole recordings with the type head fixed (paper 2 and 4.2); ``joint``: one pass on whole
+            recordings, the two losses summed.
+        keep: the weights of the ``best`` epoch by rule (1) on validation recordings, or those of the ``last``.
+        epochs: how many.
+        batch: recordings per step.
+        rate: learning rate of AdamW. The paper names neither batch, optimiser nor rate.
+        weight_decay: of AdamW.
+
+    Raises:
+        ArgumentError: a number is out of range, or the networks do not belong together.
+    """
+
+    networks: tuple[FillingConfig, ...] = (FillingConfig.paper(),)
+    passes: Passes = "alternating"
+    keep: Keep = "best"
+    epochs: int = 150
+    batch: int = 16
+    rate: float = 3e-4
+    weight_decay: float = 0.01
+
+    def __post_init__(self) -> None:
+        check_together(self.networks)
+        for name, choices in (("passes", get_args(Passes)), ("keep", get_args(Keep))):
+            if getattr(self, name) not in choices:
+                raise ArgumentError(f"{name} must be one of {choices}, got {getattr(self, name)!r}")
+        for name in ("epochs", "batch"):
+            if type(getattr(self, name)) is not int or getattr(self, name) < 1:
+                raise ArgumentError(f"{name} must be a positive whole number, got {getattr(self, name)!r}")
+        if not (0 < self.rate < math.inf and 0 <= self.weight_decay < math.inf):
+            raise ArgumentError(f"rate must be positive and weight_decay not negative, got {self}")
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """The passes of an epoch, in order."""
+        return ("type", "level") if self.passes == "alternating" else ("both",)
+
+    @classmethod
+    def paper(cls) -> "FillingTraining":
+        """The paper's: alternating passes, 150 epochs, the epoch chosen by rule (1)."""
+        return cls()
+
+    @classmethod
+    def tuned(cls) -> "FillingTraining":
+        """Six networks that know the duration, half of them on standardised features; joint loss, few epochs."""
+        networks = tuple(FillingConfig.tuned(standardise=index % 2 == 1) for index in range(6))
+        return cls(networks, passes="joint", keep="last", epochs=20, rate=1e-3)
+
+    @classmethod
+    def of(cls, preset: Preset) -> "FillingTraining":
+        """The preset of a name.
+
+        Raises:
+            ArgumentError: there is no such preset.
+        """
+        if preset not in get_args(Preset):
+            raise ArgumentError(f"preset must be one of {get_args(Preset)}, got {preset!r}")
+        return cls.paper() if preset == "paper" else cls.tuned()
+
+    def fitted_to(self, *, channels: int, features: int) -> "FillingTraining":
+        """The same for features of another form."""
+        sized = (replace(config, channels=channels, features=features) for config in self.networks)
+        return replace(self, networks=tuple(sized))

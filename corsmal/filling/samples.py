@@ -1,0 +1,174 @@
+"""What the network trains on: recordings' features with their truth, and padded batches of them."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+import pandas as pd
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from corsmal.errors import ArgumentError
+from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
+
+Task = Literal["type", "level", "both"]
+"""What a pass over the recordings trains."""
+
+CROP_START_MAX, CROP_END_MIN = 0.4, 0.6
+"""Of the recording's length: the type pass begins at the earliest at 0, at the latest here; it ends here or later."""
+
+PART_RATIO, PART_ROWS = 2, 8
+"""Recordings of one batch are padded together up to so many times the shortest one's rows, and so many rows more."""
+
+
+@dataclass(frozen=True, eq=False)
+class FillingSample:
+    """One recording to train or validate on.
+
+    Args:
+        recording_id: such as ``000618``.
+        container_id: the container's number.
+        features: (C, T, features) float32, finite, T at least 1.
+        filling_type: 0 to 3: none, pasta, rice, water.
+        filling_level: 0 to 2: empty, half, full.
+
+    Raises:
+        ArgumentError: the features or a class are not of this form; the text names the recording.
+    """
+
+    recording_id: str
+    container_id: int
+    features: NDArray[np.float32]
+    filling_type: int
+    filling_level: int
+
+    def __post_init__(self) -> None:
+        if self.features.ndim != 3 or 0 in self.features.shape or self.features.dtype != np.float32:
+            found = f"{self.features.shape} of {self.features.dtype}"
+            raise ArgumentError(f"features of {self.recording_id} must be (C, T, features) float32, got {found}")
+        if not np.isfinite(self.features).all():
+            raise ArgumentError(f"features of {self.recording_id} must be finite, got NaN or infinity")
+        for name, classes in (("filling_type", len(TYPE_NAMES)), ("filling_level", len(LEVEL_NAMES))):
+            if getattr(self, name) not in range(classes):
+                raise ArgumentError(
+                    f"{name} of {self.recording_id} must be 0 to {classes - 1}, got {getattr(self, name)}"
+                )
+
+    @property
+    def rows(self) -> int:
+        """T."""
+        return self.features.shape[1]
+
+
+class Part(NamedTuple):
+    """Recordings of like length, padded to the longest.
+
+    Args:
+        features: (B, C, T, features) float32, zero beyond a recording's end.
+        mask: (B, T) bool, true on its own rows.
+        types: (B,) filling types.
+        levels: (B,) filling levels.
+    """
+
+    features: Tensor
+    mask: Tensor
+    types: Tensor
+    levels: Tensor
+
+
+class Batch(NamedTuple):
+    """The recordings of one step, drawn from all and then sorted into parts by length.
+
+    Batches of like lengths would need no parts, but they are batches of like fillings, which train worse.
+
+    Args:
+        task: what the step trains.
+        parts: together all recordings of the step.
+    """
+
+    task: Task
+    parts: tuple[Part, ...]
+
+    def __len__(self) -> int:
+        return sum(len(part.types) for part in self.parts)
+
+
+class Batches:
+    """One epoch: for each task, every recording once.
+
+    Args:
+        samples: the recordings.
+        size: recordings per batch.
+        tasks: the passes of the epoch; ``type`` sees a random crop of each recording (paper 2), the others the whole.
+        rng: draws the order and the crops; None keeps the recordings' order and crops nothing.
+    """
+
+    def __init__(
+        self, samples: Sequence[FillingSample], *, size: int, tasks: Sequence[Task], rng: np.random.Generator | None
+    ) -> None:
+        self._samples, self._size, self._tasks, self._rng = samples, size, tasks, rng
+
+    def __len__(self) -> int:
+        return len(self._tasks) * -(-len(self._samples) // self._size)
+
+    def __iter__(self) -> Iterator[Batch]:
+        count = len(self._samples)
+        for task in self._tasks:
+            order = np.arange(count) if self._rng is None else self._rng.permutation(count)
+            for first in range(0, count, self._size):
+                samples = [self._samples[index] for index in order[first : first + self._size]]
+                crop = None if task != "type" or self._rng is None else self._rng
+                crops = [(0, sample.rows) if crop is None else random_crop(sample.rows, crop) for sample in samples]
+                yield Batch(task, tuple(padded(samples, crops)))
+
+
+def random_crop(rows: int, rng: np.random.Generator) -> tuple[int, int]:
+    """[start, end) with start ~ U[0, 0.4 T] rounded down and end ~ U[0.6 T, T] rounded up (paper 2)."""
+    start = rng.uniform(0, CROP_START_MAX * rows)
+    end = rng.uniform(CROP_END_MIN * rows, rows)
+    return int(start), min(int(np.ceil(end)), rows)
+
+
+def padded(samples: Sequence[FillingSample], crops: Sequence[tuple[int, int]]) -> list[Part]:
+    """The crops, [start, end) rows of each recording, sorted by length into few parts with little padding."""
+    order = sorted(range(len(crops)), key=lambda index: crops[index][1] - crops[index][0])
+    groups: list[list[int]] = []
+    longest = 0
+    for index in order:
+        rows = crops[index][1] - crops[index][0]
+        if rows > longest:
+            groups.append([])
+            longest = PART_RATIO * rows + PART_ROWS
+        groups[-1].append(index)
+    return [_part([samples[index] for index in group], [crops[index] for index in group]) for group in groups]
+
+
+def _part(samples: Sequence[FillingSample], crops: Sequence[tuple[int, int]]) -> Part:
+    channels, _, width = samples[0].features.shape
+    length = max(end - start for start, end in crops)
+    features = np.zeros((len(samples), channels, length, width), np.float32)
+    mask = np.zeros((len(samples), length), dtype=bool)
+    for index, (sample, (start, end)) in enumerate(zip(samples, crops, strict=True)):
+        features[index, :, : end - start] = sample.features[:, start:end]
+        mask[index, : end - start] = True
+    types = torch.tensor([sample.filling_type for sample in samples])
+    levels = torch.tensor([sample.filling_level for sample in samples])
+    return Part(torch.from_numpy(features), torch.from_numpy(mask), types, levels)
+
+
+def filling_samples(table: pd.DataFrame, features: Mapping[str, NDArray[np.float32]]) -> list[FillingSample]:
+    """The recordings whose container and filling are known, with their features.
+
+    Args:
+        table: indexed by recording id, with ``container_id``, ``filling_type`` and ``filling_level``, such as
+            ``Dataset.table``.
+        features: (C, T, features) float32 by recording id; recordings that it lacks are left out.
+    """
+    known = table[["container_id", "filling_type", "filling_level"]].dropna().astype(int)
+    return [
+        FillingSample(str(name), int(container), features[str(name)], int(kind), int(level))
+        for name, (container, kind, level) in zip(known.index, known.to_numpy(), strict=True)
+        if name in features
+    ]

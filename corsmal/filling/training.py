@@ -1,0 +1,139 @@
+"""Training filling type and level: one network or several, from recordings to a file of weights."""
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import pandas as pd
+
+from corsmal.digests import digest
+from corsmal.errors import ArgumentError, FileError
+from corsmal.files import writing
+from corsmal.filling.fitting import fit_network
+from corsmal.filling.folds import PAPER_FOLDS, spread_folds
+from corsmal.filling.recipe import FillingTraining, Preset
+from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
+from corsmal.filling.samples import FillingSample
+from corsmal.filling.weights import read_filling, save_filling
+
+
+def train_filling(
+    folder: Path,
+    samples: Sequence[FillingSample],
+    *,
+    preset: Preset | FillingTraining = "tuned",
+    seed: int = 0,
+    validation: Sequence[FillingSample] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
+    """Train the network, or go on where a run in the same folder was stopped.
+
+    Args:
+        folder: gets the weights, and a folder for each network with its checkpoint, ``metrics.csv`` and TensorBoard's
+            log.
+        samples: the recordings to train on.
+        preset: ``paper``, ``tuned``, or settings of your own; their channels and features become those of ``samples``.
+        seed: 0 or more; of the first weights, the order of the recordings, the crops and dropout.
+        validation: recordings that rule (1) chooses the epoch by. Default: a seventh of ``samples``, spread over the
+            configurations and then not trained on. Not used where the last epoch is kept.
+        progress: called after every epoch with the fraction that is done, 0..1.
+
+    Returns:
+        The file with the weights, for ``FillingPredictor``; when it is there already, nothing is trained.
+
+    Raises:
+        ArgumentError: there are no recordings, they differ in channels or features, or lack a class.
+        FileError: the folder cannot be written, or holds another run, or a broken file.
+    """
+    training = preset if isinstance(preset, FillingTraining) else FillingTraining.of(preset)
+    if training.keep == "last":
+        validation = []
+    elif validation is None:
+        samples, validation = hold_out(samples, seed=seed)
+    channels, _, features = _check(samples, validation)
+    training = training.fitted_to(channels=channels, features=features)
+    _claim(folder, training, seed, (samples, validation))
+    path, count = folder / "filling.safetensors", len(training.networks)
+    if path.exists():
+        read_filling(path)
+        return path
+    models = []
+    for index in range(count):
+        model = fit_network(
+            folder / f"network{index}",
+            samples,
+            training=training,
+            index=index,
+            seed=seed,
+            validation=validation,
+            progress=part_of(progress, index, count),
+        )
+        models.append(model)
+    save_filling(path, models)
+    return path
+
+
+def part_of(progress: Callable[[float], None] | None, done: int, total: int) -> Callable[[float], None] | None:
+    """The ``progress`` of one of ``total`` jobs that run one after another, when ``done`` of them are done."""
+    return None if progress is None else lambda part: progress((done + part) / total)
+
+
+def hold_out(
+    samples: Sequence[FillingSample], *, folds: int = PAPER_FOLDS, seed: int = 0
+) -> tuple[list[FillingSample], list[FillingSample]]:
+    """Samples to train on and samples to choose the epoch by: one fold of ``spread_folds``.
+
+    Args:
+        samples: as many as there are folds, or more.
+        folds: one in so many is held out.
+        seed: of which.
+    """
+    truth = [(sample.filling_type, sample.filling_level) for sample in samples]
+    fold = spread_folds(pd.DataFrame(truth, columns=["filling_type", "filling_level"]), folds=folds, seed=seed)
+    held = (fold == 0).to_numpy()
+    kept = [sample for sample, out in zip(samples, held, strict=True) if not out]
+    return kept, [sample for sample, out in zip(samples, held, strict=True) if out]
+
+
+def _check(samples: Sequence[FillingSample], validation: Sequence[FillingSample]) -> tuple[int, int, int]:
+    """The samples' shape, T aside."""
+    if not samples:
+        raise ArgumentError("samples must hold recordings to train on, got none")
+    first = samples[0].features.shape
+    for sample in (*samples, *validation):
+        found = sample.features.shape
+        if (found[0], found[2]) != (first[0], first[2]):
+            where = f"{first} of {samples[0].recording_id} and {found} of {sample.recording_id}"
+            raise ArgumentError(f"features of all samples must have the same channels and width, got {where}")
+    for name, classes in (("filling_type", TYPE_NAMES), ("filling_level", LEVEL_NAMES)):
+        absent = set(range(len(classes))) - {getattr(sample, name) for sample in samples}
+        if absent:
+            missing = ", ".join(classes[number] for number in sorted(absent))
+            raise ArgumentError(f"samples must hold every {name}: there is nothing to learn {missing} from")
+    return first
+
+
+def _claim(folder: Path, training: FillingTraining, seed: int, parts: Sequence[Sequence[FillingSample]]) -> None:
+    """Write down what the folder's run is of, or check that it is this one."""
+    content = [
+        [(sample.recording_id, sample.filling_type, sample.filling_level, sample.features) for sample in part]
+        for part in parts
+    ]
+    settings = {
+        "seed": seed,
+        "recordings": len(parts[0]),
+        **asdict(training),
+        "digest": digest(training, seed, content),
+    }
+    path = folder / "settings.json"
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))["digest"]
+    except (FileNotFoundError, NotADirectoryError):
+        with writing(path, advice="choose another folder") as part:
+            part.write_text(json.dumps(settings, indent=1), encoding="utf-8")
+        return
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise FileError(path, "cannot be read; delete the folder to begin again") from error
+    if found != settings["digest"]:
+        raise FileError(path, "is of a run with other recordings or settings; choose another folder or delete this one")

@@ -1,0 +1,101 @@
+"""What the network is given: the restored crop as a small square image, and the numbers beside it."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from corsmal.mass.network import SIDE_PX, MassConfig, Resize
+from corsmal.mass.records import RestoredMask
+from corsmal.mass.restoration import PADDING_PX, restore_mask
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class MassInput:
+    """A mask and dimensions in the network's form.
+
+    Args:
+        restored: the restored mask.
+        image: (112, 112) float32, 0..1; None where the mask is empty.
+        numbers: top width, bottom width and height in mm, with the scale where the network wants it; empty where any
+            of them cannot be used.
+        reason: why the network cannot be asked; empty if it can.
+    """
+
+    restored: RestoredMask
+    image: Floats | None
+    numbers: tuple[float, ...]
+    reason: str = ""
+
+
+def mass_input(
+    mask: NDArray[np.bool_],
+    *,
+    config: MassConfig,
+    width_top_mm: float | None,
+    width_bottom_mm: float | None,
+    height_mm: float | None,
+    mm_per_px: float | None = None,
+    padding_px: int = PADDING_PX,
+) -> MassInput:
+    """Restore a mask and bring it and the dimensions into the network's form.
+
+    Args:
+        mask: (H, W) bool, the container's visible pixels.
+        config: the network's.
+        width_top_mm: mm, None where the fit failed; likewise the others.
+        width_bottom_mm: mm.
+        height_mm: mm.
+        mm_per_px: mm that a pixel of the mask spans at the container, see ``mm_per_pixel``; used with ``with_scale``.
+        padding_px: around the mask's box.
+
+    Returns:
+        The input; with a ``reason`` where the mask is empty or a number is missing or not positive. A mask that could
+        not be restored is taken as it is.
+
+    Raises:
+        ArgumentError: as ``restore_mask``.
+    """
+    restored = restore_mask(mask, padding_px=padding_px, axis=config.axis)
+    if not restored.cropped.size:
+        return MassInput(restored, None, (), restored.reason)
+    image, scale = square_image(restored.cropped, resize=config.resize)
+    values = {"width_top_mm": width_top_mm, "width_bottom_mm": width_bottom_mm, "height_mm": height_mm}
+    if config.with_scale:
+        values["mm_per_px"] = mm_per_px
+    for name, value in values.items():
+        if value is None:
+            return MassInput(restored, image, (), f"{name} is missing")
+        if not 0 < value < math.inf:
+            return MassInput(restored, image, (), f"{name} must be positive, got {value:g}")
+    numbers = [float(value) for value in values.values() if value is not None]
+    if config.with_scale:
+        numbers[-1] /= scale
+    return MassInput(restored, image, tuple(numbers))
+
+
+def square_image(cropped: NDArray[np.bool_], *, resize: Resize) -> tuple[Floats, float]:
+    """A crop (h, w) as the network's image, and the scale, image pixels per crop pixel.
+
+    Args:
+        cropped: bool, not empty.
+        resize: ``stretch`` or ``letterbox``; the scale of a stretched crop is the geometric mean of both directions'.
+
+    Returns:
+        (112, 112) float32, 0..1, each pixel the share of mask pixels that it covers; and the scale.
+    """
+    height, width = cropped.shape
+    if resize == "stretch":
+        size, scale = (SIDE_PX, SIDE_PX), SIDE_PX / math.sqrt(height * width)
+    else:
+        scale = SIDE_PX / max(height, width)
+        size = (max(1, round(width * scale)), max(1, round(height * scale)))
+    small = cv2.resize(cropped.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    image = np.zeros((SIDE_PX, SIDE_PX), np.float32)
+    left, top = (SIDE_PX - size[0]) // 2, (SIDE_PX - size[1]) // 2
+    image[top : top + size[1], left : left + size[0]] = small
+    return image, scale

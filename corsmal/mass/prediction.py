@@ -1,0 +1,93 @@
+"""A container's mass from its mask, its dimensions and trained weights."""
+
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from corsmal.detection.weights import file_sha256
+from corsmal.errors import ArgumentError
+from corsmal.mass.inputs import MassInput, mass_input
+from corsmal.mass.network import MassConfig
+from corsmal.mass.records import MassPrediction
+from corsmal.mass.restoration import PADDING_PX
+from corsmal.mass.weights import read_mass
+
+
+class MassPredictor:
+    """A trained network, for one mask at a time.
+
+    Args:
+        weights: safetensors written by ``save_mass``.
+        device: such as ``cuda:0``; default: the CPU, which is quick enough.
+
+    Raises:
+        FileError: the file is absent, broken, or of something else.
+        ArgumentError: there is no such device.
+
+    Example:
+        >>> predictor = MassPredictor(Path("mass.safetensors"))  # doctest: +SKIP
+        >>> predictor.predict(mask, width_top_mm=98, width_bottom_mm=61, height_mm=119).mass_g  # doctest: +SKIP
+    """
+
+    def __init__(self, weights: Path, *, device: str | None = None) -> None:
+        self._model = read_mass(weights)
+        try:
+            self._device = torch.device(device or "cpu")
+            self._model.to(self._device)
+        except (RuntimeError, AssertionError) as error:
+            raise ArgumentError(f"device {device!r} cannot be used: {str(error).splitlines()[0]}") from error
+        self.name = f"mass network, weights {weights.name}"
+        self.digest = f"mass network {file_sha256(weights)}"
+
+    @property
+    def config(self) -> MassConfig:
+        """Of the network: among others how it restores masks, and whether it needs ``mm_per_px``."""
+        return self._model.config
+
+    def predict(
+        self,
+        mask: NDArray[np.bool_],
+        *,
+        width_top_mm: float | None,
+        width_bottom_mm: float | None,
+        height_mm: float | None,
+        mm_per_px: float | None = None,
+        padding_px: int = PADDING_PX,
+    ) -> MassPrediction:
+        """The mass of the container that a mask shows.
+
+        Args:
+            mask: (H, W) bool, its visible pixels in the robot's view.
+            width_top_mm: mm, None where the fit failed; likewise the others.
+            width_bottom_mm: mm.
+            height_mm: mm.
+            mm_per_px: mm that a pixel of the mask spans at the container, see ``mm_per_pixel``; needed where
+                ``config.with_scale``, else not used.
+            padding_px: around the mask's box (paper 3.3).
+
+        Returns:
+            The prediction; ``ok`` is false, with a reason, where the mask is empty, or a number that the network
+            needs is missing or not positive. The restored mask and the network's image are there all the same.
+
+        Raises:
+            ArgumentError: the mask is not a bool image, or the padding is negative.
+        """
+        given = mass_input(
+            mask,
+            config=self.config,
+            width_top_mm=width_top_mm,
+            width_bottom_mm=width_bottom_mm,
+            height_mm=height_mm,
+            mm_per_px=mm_per_px,
+            padding_px=padding_px,
+        )
+        mass_g = None if given.reason else self._ask(given)
+        return MassPrediction(mass_g, given.reason, given.restored, given.image)
+
+    @torch.inference_mode()
+    def _ask(self, given: MassInput) -> float:
+        image = torch.from_numpy(given.image)[None, None]  # (1, 1, 112, 112)
+        numbers = torch.tensor([given.numbers], dtype=torch.float32)
+        return float(self._model(image.to(self._device), numbers.to(self._device)))

@@ -1,0 +1,231 @@
+"""Pieces of the Filling page: the answer beside the truth, the controls, the timeline, the downloads."""
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+import streamlit as st
+
+from corsmal.dataset import Recording
+from corsmal.dataset.audio import CHANNELS
+from corsmal.demo import FILLING_WEIGHTS
+from corsmal.errors import CorsmalError
+from corsmal.figures.answer import answer_figure
+from corsmal.figures.sound import SoundPicture
+from corsmal.figures.timeline import timeline_figure
+from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
+from corsmal.ui import media, session, sound
+from corsmal.ui.components import plain
+from corsmal.ui.linked_plot import PlotEvent, Span, linked_plot
+from corsmal.ui.mass import is_synthetic
+
+TIMELINE = "timeline"
+STEP_S = 0.05
+CROP_MIN_S = 0.25
+"""Less than this is a click."""
+
+HEARD = "heard_crop"
+NAMES = {"type": TYPE_NAMES, "level": LEVEL_NAMES}
+TRAINING = "`python -m corsmal train filling ROOT RUN`"
+
+
+def weights_note(recording: Recording) -> None:
+    """Say so where a network that learned from synthetic sound listens to a real one."""
+    if sound.weights_path() == FILLING_WEIGHTS and not is_synthetic(recording):
+        st.warning(
+            "These weights learned from the **demo's synthetic sound** and have never heard a real recording: expect "
+            f"wrong answers. Train on the real ones with {TRAINING}, then start the app with "
+            "`CORSMAL_FILLING_WEIGHTS=RUN/filling.safetensors`.",
+            icon=":material/science:",
+        )
+
+
+def predicted(recording: Recording, crop_s: sound.Seconds | None) -> FillingPrediction | None:
+    """What the network says; None, with the reason on the page, where it can say nothing."""
+    try:
+        return sound.prediction(recording, crop_s=crop_s)
+    except CorsmalError as error:
+        st.error(f"{plain(str(error))} There is no answer; train a network with {TRAINING}.", icon=":material/error:")
+        return None
+
+
+def followed_crop(event: PlotEvent, picture: SoundPicture) -> sound.Seconds | None:
+    """The chosen crop within the recording, after what the user dragged; None for the whole."""
+    end_s = _end_s(picture)
+    start_s, stop_s = session.choice().crop_s or (0.0, end_s)
+    if start_s > end_s - CROP_MIN_S:
+        st.warning(
+            f"The crop from {start_s:.2f} to {stop_s:.2f} s was left out: the recording ends at {end_s:.2f} s.",
+            icon=":material/content_cut:",
+        )
+        start_s, stop_s = 0.0, end_s
+    start_s, stop_s = event.values.get("crop_from", start_s), event.values.get("crop_to", stop_s)
+    stop_s = min(max(stop_s, CROP_MIN_S), end_s)
+    start_s = max(0.0, min(start_s, stop_s - CROP_MIN_S))
+    crop_s = None if (start_s, stop_s) == (0.0, end_s) else (round(start_s, 2), round(stop_s, 2))
+    if crop_s != session.choice().crop_s:
+        session.choose(crop_s=crop_s, settled=event.settled)
+    return crop_s
+
+
+def followed_frame(event: PlotEvent, clock: tuple[int, float] | None) -> tuple[float, str] | None:
+    """The moment of the chosen frame, s, and its name, after a click on the timeline; None where there is none."""
+    if clock is None:
+        return None
+    frames, fps = clock
+    if event.click is not None and isinstance(event.click.x, int | float):
+        session.choose(frame=min(max(round(event.click.x * fps), 0), frames - 1))
+    frame = session.choice().frame
+    return None if frame is None else (frame / fps, f"frame {frame}")
+
+
+def answer(recording: Recording, prediction: FillingPrediction, *, crop_s: sound.Seconds | None) -> None:
+    """Type and level beside the truth, and the probabilities and logits of both heads."""
+    truth = _truth(recording)
+    left, right = st.columns([2, 5], vertical_alignment="center")
+    with left:
+        for column, head in zip(st.columns(2), NAMES, strict=True):
+            _verdict(column, head, prediction, truth.get(head))
+    with right:
+        linked_plot(
+            answer_figure(
+                prediction,
+                whole=None if crop_s is None else sound.prediction(recording, crop_s=None),
+                truth=truth,
+            ),
+            key="answer",
+            label="Probabilities and logits of type and level",
+            height_px=176,
+        )
+
+
+def timeline(
+    picture: SoundPicture,
+    *,
+    recording: Recording,
+    prediction: FillingPrediction | None,
+    crop_s: sound.Seconds | None,
+    cursor: tuple[float, str] | None,
+) -> None:
+    """The sound, the attention and the sliding window on one axis, with the handles of the crop."""
+    figure = timeline_figure(
+        picture,
+        channel=media.channel_name(session.choice().channel),
+        prediction=prediction,
+        windows=[] if prediction is None else sound.windows(recording),
+        cursor=cursor,
+    )
+    end_s = _end_s(picture)
+    linked_plot(
+        figure,
+        key=TIMELINE,
+        label=f"Sound of recording {recording.id}",
+        height_px=figure.layout.height,
+        span=Span(
+            names=("crop_from", "crop_to"),
+            labels=("Start of the crop", "End of the crop"),
+            min=0.0,
+            max=end_s,
+            step=STEP_S,
+            values=crop_s or (0.0, end_s),
+            gap=min(CROP_MIN_S, end_s),
+            unit="s",
+            domain=tuple(figure.layout.meta["crop_domain"]),
+        ),
+        revision=recording.id,
+    )
+
+
+def controls(recording: Recording, picture: SoundPicture, *, crop_s: sound.Seconds | None, settled: bool) -> None:
+    """Which microphone, what is heard of it, and the way back to the whole recording."""
+    left, middle, right = st.columns([2, 5, 2], vertical_alignment="bottom")
+    st.session_state["channel_control"] = session.choice().channel
+    left.selectbox(
+        "Draw and play",
+        [None, *range(CHANNELS)],
+        key="channel_control",
+        format_func=media.channel_name,
+        on_change=lambda: session.choose(channel=st.session_state["channel_control"]),
+        help="The network always hears all eight microphones.",
+    )
+    if settled:
+        st.session_state[HEARD] = (recording.id, crop_s)
+    heard, heard_s = st.session_state.get(HEARD, (recording.id, crop_s))
+    middle.audio(sound.wav(recording, channel=session.choice().channel, crop_s=heard_s if heard == recording.id else crop_s))
+    right.button(
+        "Whole recording",
+        icon=":material/undo:",
+        disabled=crop_s is None,
+        on_click=lambda: session.choose(crop_s=None),
+        width="stretch",
+    )
+    start_s, stop_s = crop_s or (0.0, _end_s(picture))
+    st.caption(
+        f"Heard: {start_s:.2f} to {stop_s:.2f} s of {_end_s(picture):.2f} s, played {media.GAIN:g} times as loud as "
+        "recorded, every clip alike. Drag the two handles: the answer follows. A click on the timeline chooses the frame."
+    )
+
+
+def downloads(recording: Recording, *, crop_s: sound.Seconds | None, has_answer: bool) -> None:
+    """Buttons for what is heard as a WAV and for the sliding window as a table."""
+    left, right = st.columns(2)
+    channel = session.choice().channel
+    microphone = "mean" if channel is None else f"microphone{channel + 1}"
+    clip = "whole" if crop_s is None else "{:.2f}-{:.2f}s".format(*crop_s)
+    left.download_button(
+        "What is heard as WAV",
+        lambda: sound.wav(recording, channel=channel, crop_s=crop_s),
+        f"{recording.id}_{microphone}_{clip}.wav",
+        icon=":material/download:",
+        on_click="ignore",
+        width="stretch",
+    )
+    right.download_button(
+        "Sliding window as CSV",
+        lambda: windows_table(sound.windows(recording)).to_csv(index=False).encode(),
+        f"{recording.id}_windows.csv",
+        icon=":material/download:",
+        on_click="ignore",
+        disabled=not has_answer,
+        width="stretch",
+    )
+
+
+def windows_table(windows: Sequence[FillingPrediction]) -> pd.DataFrame:
+    """A row per window: where it is, s, what it says, and the probabilities and logits of both heads."""
+    return pd.DataFrame([_window_row(window) for window in windows])
+
+
+def _window_row(window: FillingPrediction) -> dict[str, float | str]:
+    start, end = window.rows or (0, 0)
+    step_s = window.steps_s or 0.0
+    kind, level = window.pair or (0, 0)
+    row: dict[str, float | str] = {"start_s": start * step_s, "end_s": end * step_s}
+    row |= {"type": TYPE_NAMES[kind], "level": LEVEL_NAMES[level]}
+    row |= {f"probability_{name}": share for name, share in window.probabilities.items()}
+    for head, names in NAMES.items():
+        row |= {f"logit_{name}": value for name, value in zip(names, getattr(window, f"{head}_logits"), strict=True)}
+    return row
+
+
+def _truth(recording: Recording) -> dict[str, str]:
+    known = recording.annotation
+    names = {"type": None, "level": None} if known is None else {"type": known.filling, "level": known.level}
+    return {head: name for head, name in names.items() if name is not None}
+
+
+def _verdict(column: "st.delta_generator.DeltaGenerator", head: str, prediction: FillingPrediction, true: str | None) -> None:
+    name = NAMES[head][(prediction.pair or (0, 0))[list(NAMES).index(head)]]
+    right = name == true
+    note = "no annotation" if true is None else f"{'✓' if right else '✗'} annotated: {true}"
+    column.metric(
+        f"Filling {head}",
+        f"{name}, {100 * prediction.probabilities[name]:.0f} %",
+        note,
+        delta_color="off" if true is None else "normal" if right else "inverse",
+        delta_arrow="off",
+    )
+
+
+def _end_s(picture: SoundPicture) -> float:
+    """The recording's end in hundredths of a second, at least the shortest crop."""
+    return max(CROP_MIN_S, int(100 * picture.duration_s) / 100)

@@ -1,0 +1,119 @@
+import json
+from dataclasses import replace
+
+import pytest
+
+from corsmal.errors import ArgumentError, FileError
+from corsmal.filling import FillingPredictor, FillingSample, read_filling, train_filling
+from corsmal.filling import training as training_file
+from corsmal.filling.training import hold_out, part_of
+from tests.filling.made import JOINT, PAPER, SMALL, made_features, made_samples, same, state
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
+
+SHORT = replace(JOINT, networks=(SMALL, replace(SMALL, standardise=False)), epochs=2)
+
+
+def test_weights_predict_what_was_trained(tmp_path):
+    shares = []
+    samples = made_samples(28)
+    path = train_filling(tmp_path, samples, preset=replace(SHORT, epochs=25, rate=1e-2), progress=shares.append)
+    assert path == tmp_path / "filling.safetensors"
+    assert shares == pytest.approx([(epoch + 1) / 50 for epoch in range(50)])
+    predictor = FillingPredictor(path)
+    right = [
+        predictor.predict(sample.features).pair == (sample.filling_type, sample.filling_level) for sample in samples
+    ]
+    assert sum(right) >= 26
+    assert "mean of 2" in predictor.name
+
+
+def test_networks_of_one_run_start_differently(tmp_path):
+    first, second = read_filling(
+        train_filling(tmp_path, made_samples(14), preset=replace(SHORT, networks=(SMALL,) * 2))
+    )
+    assert not same(state(first), state(second))
+
+
+def test_network_takes_the_samples_channels(tmp_path):
+    path = train_filling(tmp_path, made_samples(14, channels=1), preset=replace(SHORT, epochs=1))
+    assert FillingPredictor(path).channels == 1
+
+
+def test_finished_run_is_returned_at_once(tmp_path):
+    path = train_filling(tmp_path, made_samples(14), preset=SHORT)
+    before = path.stat().st_mtime_ns
+    shares = []
+    assert train_filling(tmp_path, made_samples(14), preset=SHORT, progress=shares.append) == path
+    assert (shares, path.stat().st_mtime_ns) == ([], before)
+
+
+def test_folder_of_another_run_is_refused(tmp_path):
+    samples = made_samples(14)
+    train_filling(tmp_path, samples, preset=SHORT)
+    changed = [replace(samples[0], features=samples[0].features + 1), *samples[1:]]
+    for given in ((samples, SHORT, 1), (samples, replace(SHORT, epochs=3), 0), (changed, SHORT, 0)):
+        with pytest.raises(FileError, match="other recordings or settings") as raised:
+            train_filling(tmp_path, given[0], preset=given[1], seed=given[2])
+        assert raised.value.path == tmp_path / "settings.json"
+    assert json.loads((tmp_path / "settings.json").read_text())["epochs"] == 2
+
+
+def test_broken_settings_are_named(tmp_path):
+    (tmp_path / "settings.json").write_text("{")
+    with pytest.raises(FileError, match="delete the folder to begin again"):
+        train_filling(tmp_path, made_samples(14), preset=SHORT)
+
+
+def test_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(FileError, match="choose another folder"):
+        train_filling(tmp_path / "file" / "run", made_samples(14), preset=SHORT)
+
+
+def test_rule_1_looks_at_a_seventh_that_is_not_trained_on(tmp_path, monkeypatch):
+    seen = []
+
+    def spy(folder, samples, *, validation, **others):
+        seen.append(({sample.recording_id for sample in samples}, {sample.recording_id for sample in validation}))
+        return original(folder, samples, validation=validation, **others)
+
+    original = training_file.fit_network
+    monkeypatch.setattr(training_file, "fit_network", spy)
+    samples, extra = made_samples(49), made_samples(7, seed=1)
+    everyone = {sample.recording_id for sample in samples}
+    train_filling(tmp_path / "inner", samples, preset=replace(PAPER, epochs=1))
+    train_filling(tmp_path / "given", samples, preset=replace(PAPER, epochs=1), validation=extra)
+    train_filling(tmp_path / "last", samples, preset=replace(JOINT, epochs=1), validation=extra)
+    (trained, held), given, last = seen
+    assert (len(held), trained | held, trained & held) == (7, everyone, set())
+    assert given == (everyone, {sample.recording_id for sample in extra})
+    assert last == (everyone, set())
+
+
+def test_held_out_recordings_are_of_every_configuration():
+    kept, held = hold_out(made_samples(70))
+    pairs = [(sample.filling_type, sample.filling_level) for sample in held]
+    assert (len(kept), len(held), len(set(pairs))) == (60, 10, 7)
+
+
+@pytest.mark.parametrize(("filling", "message"), [(3, "learn water from"), (0, "learn none from")])
+def test_class_that_is_missing_is_named(tmp_path, filling, message):
+    samples = [sample for sample in made_samples(28) if sample.filling_type != filling]
+    with pytest.raises(ArgumentError, match=message):
+        train_filling(tmp_path, samples, preset=SHORT)
+
+
+def test_no_samples_and_samples_of_several_forms_are_refused(tmp_path):
+    with pytest.raises(ArgumentError, match="samples must hold recordings"):
+        train_filling(tmp_path, [], preset=SHORT)
+    mixed = [*made_samples(14), FillingSample("000099", 1, made_features(5, channels=1), 0, 0)]
+    with pytest.raises(ArgumentError, match="000099"):
+        train_filling(tmp_path, mixed, preset=SHORT)
+
+
+def test_part_of_a_progress():
+    shares = []
+    part_of(shares.append, 1, 4)(0.5)
+    assert shares == [0.375]
+    assert part_of(None, 1, 4) is None
