@@ -9,6 +9,12 @@ FILLINGS = ("none", "pasta", "rice", "water")
 LEVELS = ("empty", "half", "full")
 """Names of the filling levels 0 to 2: nothing, 50 % and 90 % of the capacity."""
 
+DENSITIES_G_PER_ML = (0.0, 0.34, 0.82, 1.0)
+"""Mass per volume of the filling types."""
+
+LEVEL_FRACTIONS = (0.0, 0.5, 0.9)
+"""Shares of the capacity at the filling levels."""
+
 Kind = Literal["cup", "glass", "box"]
 
 CONTAINERS: dict[int, tuple[str, Kind]] = {

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from corsmal.dataset.annotation import LEVEL_FRACTIONS
 from corsmal.demo.containers import DemoContainer
 from corsmal.demo.jug import jug_poses, jug_share
 from corsmal.demo.kernels import Floats
 from corsmal.demo.paths import CENTRE_X_M, axis_rotation, ramp
-from corsmal.demo.sound_events import LEVEL_FRACTIONS, Level
+from corsmal.demo.sound_events import Level
 from corsmal.demo.timing import JUG_MOVE_S, REACH_S, WALK_S, Timing
 
 

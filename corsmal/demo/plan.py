@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from corsmal.dataset.annotation import DENSITIES_G_PER_ML, LEVEL_FRACTIONS
 from corsmal.demo.containers import CONTAINER_IDS, DemoContainer, demo_container
 from corsmal.demo.looks import DEMO_LOOKS
-from corsmal.demo.scene import BOX_FILLINGS, DENSITIES_G_PER_ML, ROUND_FILLINGS, Scene, make_scene
-from corsmal.demo.sound_events import LEVEL_FRACTIONS, Level
+from corsmal.demo.scene import BOX_FILLINGS, ROUND_FILLINGS, Scene, make_scene
+from corsmal.demo.sound_events import Level
 from corsmal.demo.timing import FILLING_NAMES
 from corsmal.errors import ArgumentError
 

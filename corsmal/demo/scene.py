@@ -17,9 +17,6 @@ from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.geometry import Camera
 
 FPS = 30
-DENSITIES_G_PER_ML = (0.0, 0.34, 0.82, 1.0)
-"""Of none, pasta, rice and water, as in the dataset's annotation."""
-
 ROUND_FILLINGS: tuple[tuple[int, Level], ...] = ((0, 0), (1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
 BOX_FILLINGS: tuple[tuple[int, Level], ...] = ROUND_FILLINGS[:5]
 """Pairs of filling type and level that can be."""

@@ -7,7 +7,8 @@ person to person, in how high the air column's pitch has risen in the end, and i
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.demo.sound_events import LEVEL_FRACTIONS, SoundEvents, pour_duration_s
+from corsmal.dataset.annotation import LEVEL_FRACTIONS
+from corsmal.demo.sound_events import SoundEvents, pour_duration_s
 from corsmal.demo.sound_impacts import Samples, body_response, cloth, ring, tap
 from corsmal.demo.sound_room import Emission, Room, room_noise
 from corsmal.demo.sound_sources import pouring, shaking

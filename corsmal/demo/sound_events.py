@@ -7,6 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from corsmal.dataset.annotation import LEVEL_FRACTIONS
 from corsmal.errors import ArgumentError
 
 ContainerKind = Literal["cup", "glass", "box"]
@@ -14,9 +15,6 @@ Material = Literal["plastic", "glass", "cardboard"]
 Filling = Literal["none", "pasta", "rice", "water"]
 Level = Literal[0, 1, 2]
 Action = Literal["pour", "shake", "handle"]
-
-LEVEL_FRACTIONS = (0.0, 0.5, 0.9)
-"""Share of the capacity at the levels 0, 1 and 2."""
 
 _BRIM_POUR_S = {"pasta": 8.6, "rice": 13.5, "water": 9.3}
 # Longer pours go with larger containers, but weakly: people pour faster into what is larger.

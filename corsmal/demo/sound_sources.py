@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from corsmal.demo.sound_events import LEVEL_FRACTIONS, SoundEvents
+from corsmal.dataset.annotation import LEVEL_FRACTIONS
+from corsmal.demo.sound_events import SoundEvents
 from corsmal.demo.sound_impacts import Floats, Samples, body_response, click_bank, ring, scatter
 from corsmal.demo.sound_room import SPEED_OF_SOUND_M_S
 

@@ -6,18 +6,15 @@ from typing import Literal, get_args
 import numpy as np
 import pandas as pd
 
+from corsmal.dataset.annotation import DENSITIES_G_PER_ML, LEVEL_FRACTIONS
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.checking import truth_table
 from corsmal.evaluation.estimates import ID_COLUMN, check_estimates
-from corsmal.evaluation.metrics import LEVEL_FRACTIONS
 from corsmal.evaluation.tables import METRICS, container_table
 
 KnownStage = Literal["dimensions", "filling", "container mass"]
 KNOWN_STAGES: tuple[KnownStage, ...] = get_args(KnownStage)
 """The stages whose results an annotation knows."""
-
-DENSITIES_G_PER_ML = (0.0, 0.34, 0.82, 1.0)
-"""Mass per volume of the filling types in the annotation."""
 
 _COLUMNS: dict[KnownStage, tuple[str, ...]] = {
     "dimensions": ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm"),

@@ -6,9 +6,10 @@ from typing import Literal, TypeVar, get_args
 import numpy as np
 import pandas as pd
 
+from corsmal.dataset.annotation import LEVEL_FRACTIONS
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.checking import listed, truth_table
-from corsmal.evaluation.metrics import LEVEL_FRACTIONS, joint_classes, weighted_f1
+from corsmal.evaluation.metrics import joint_classes, weighted_f1
 from corsmal.evaluation.submission import check_submission
 
 Split = Literal["train", "public", "private", "other"]

@@ -16,9 +16,6 @@ NO_ESTIMATE = -1
 CLASS_NAMES = {"filling_type": FILLINGS, "filling_level": LEVELS}
 """Names of the classes, by quantity; a class is its name's place."""
 
-LEVEL_FRACTIONS = (0.0, 0.5, 0.9)
-"""Share of the capacity that is filled, by filling level."""
-
 Values = ArrayLike | pd.Series
 """(n,) numbers; what is missing may be None, NaN, NA or negative."""
 

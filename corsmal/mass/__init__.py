@@ -7,7 +7,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from corsmal.mass.axis import Axis, AxisRule
-from corsmal.mass.physics import DENSITIES_G_PER_ML, LEVEL_FRACTIONS, filling_mass_g, mm_per_pixel
+from corsmal.mass.physics import filling_mass_g, mm_per_pixel
 from corsmal.mass.records import MassPrediction, MassRow, RestoredMask
 from corsmal.mass.restoration import restore_mask
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from corsmal.mass.weights import read_mass, save_mass
 
 __all__ = [
-    "DENSITIES_G_PER_ML",
-    "LEVEL_FRACTIONS",
     "Axis",
     "AxisRule",
     "MassConfig",

@@ -5,14 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from corsmal.dataset.annotation import DENSITIES_G_PER_ML, LEVEL_FRACTIONS
 from corsmal.errors import ArgumentError
 from corsmal.geometry import Camera
-
-DENSITIES_G_PER_ML = (0.0, 0.34, 0.82, 1.0)
-"""Of the filling types none, pasta, rice and water (the dataset's annotation)."""
-
-LEVEL_FRACTIONS = (0.0, 0.5, 0.9)
-"""Shares of the capacity at the filling levels empty, half and full."""
 
 
 def filling_mass_g(filling_type: int, filling_level: int, capacity_ml: float) -> float:
