@@ -1,6 +1,5 @@
 """A small Mask R-CNN for the demo: few parameters, quick on a CPU, its numbers in one config."""
 
-import json
 import math
 from collections import OrderedDict
 from collections.abc import Mapping
@@ -9,8 +8,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-import safetensors
-import safetensors.torch
 import torch
 from torch import Tensor, nn
 from torchvision.models.detection import MaskRCNN
@@ -23,8 +20,10 @@ from torchvision.ops.feature_pyramid_network import LastLevelMaxPool
 from corsmal.detection.torch_detector import TorchDetector
 from corsmal.detection.weights import file_sha256
 from corsmal.errors import ArgumentError, FileError
+from corsmal.networks import read_network, save_network
 
 LEVELS = 4
+KIND, ADVICE = "detector", "take the file that came along"
 
 
 @dataclass(frozen=True)
@@ -222,10 +221,12 @@ class SmallDetector(TorchDetector):
 
 
 def save_weights(path: Path, network: MaskRCNN, config: SmallMaskRCNNConfig) -> None:
-    """Write the weights in half precision, with the config beside them."""
-    state = {name: value.half() if value.is_floating_point() else value for name, value in network.state_dict().items()}
-    state = {name: value.contiguous() for name, value in state.items()}
-    safetensors.torch.save_file(state, path, {"config": json.dumps(asdict(config))})
+    """Write the weights in half precision, with the config beside them.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    save_network(path, network, kind=KIND, config=asdict(config), half=True)
 
 
 def read_weights(path: Path) -> tuple[SmallMaskRCNNConfig, dict[str, Tensor]]:
@@ -234,17 +235,11 @@ def read_weights(path: Path) -> tuple[SmallMaskRCNNConfig, dict[str, Tensor]]:
     Raises:
         FileError: the file is absent or is none.
     """
+    content, state = read_network(path, kind=KIND, advice=ADVICE)
     try:
-        with safetensors.safe_open(path, "pt") as file:
-            config = json.loads(file.metadata()["config"])
-            state = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
-        config = SmallMaskRCNNConfig(**{name: _tuples(value) for name, value in config.items()})
-    except (OSError, safetensors.SafetensorError, AttributeError, KeyError, TypeError, ValueError) as error:
-        raise FileError(path, "is no file of the demo detector's weights; take the one that came along") from error
-    state = {name: value.float() if value.is_floating_point() else value for name, value in state.items()}
-    if not all(torch.isfinite(value).all() for value in state.values()):
-        raise FileError(path, "holds weights that are not finite; take the file that came along")
-    return config, state
+        return SmallMaskRCNNConfig(**{name: _tuples(value) for name, value in content.items()}), state
+    except (TypeError, ValueError) as error:
+        raise FileError(path, f"is no file of the {KIND} network's weights; {ADVICE}") from error
 
 
 def _tuples(value: Any) -> Any:
