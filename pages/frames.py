@@ -7,6 +7,7 @@ from corsmal.ui import controls, session, viewer
 from corsmal.ui.components import guarded
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import linked_plot, plot_event
+from corsmal.ui.pins import pin_frames
 
 st.title("Frames")
 recording, frames = open_detected()
@@ -37,6 +38,7 @@ def browse() -> None:
     if event.settled:
         session.write_address()
     viewer.view_pictures(recording, frame=frame, best=best)
+    pin_frames(recording, pair=pair, frame=frame, centre_rule=best.centre_rule)
 
 
 browse()

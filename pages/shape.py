@@ -7,6 +7,7 @@ from corsmal.ui import controls, data, session
 from corsmal.ui.components import guarded, hull_downloads, measures, reprojection
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import linked_plot, plot_event
+from corsmal.ui.pins import pin_hull
 from corsmal.ui.tables import truth, truth_profile_mm
 
 st.title("Shape")
@@ -53,6 +54,7 @@ def fit_panel() -> None:
             reprojection(recording, view=view, frame=frame, fit=fit, centre_rule=best.centre_rule, points=shape.points)
     controls.other_parameters()
     hull_downloads(recording, fit)
+    pin_hull(recording, fit)
 
 
 fit_panel()

@@ -1,0 +1,33 @@
+from pathlib import Path
+
+from corsmal.ui import pins
+from tests.app.driver import Visitor
+
+
+def pinned(visitor: Visitor) -> list[str]:
+    state = visitor.test.session_state
+    return [pin.title for pin in state[pins.KEY]] if pins.KEY in state else []
+
+
+def test_hull_and_pictures_are_pinned_in_order_and_kept_between_pages(sound_root: Path) -> None:
+    visitor = Visitor(sound_root).open("shape")
+    visitor.press("Pin the hull")
+    visitor.open("frames")
+    visitor.press("Pin the pictures")
+    assert visitor.crashes == []
+    assert pinned(visitor) == [
+        "Hull of 000000, view3 + view1, frame 5",
+        "000000, view3, frame 5",
+        "000000, view1, frame 5",
+    ]
+    hull, picture, _ = visitor.test.session_state[pins.KEY]
+    assert hull.figure.data
+    assert picture.content[:2] == b"\xff\xd8"  # JPEG
+
+
+def test_what_cannot_be_pinned_is_said_and_nothing_is_pinned(root: Path) -> None:
+    visitor = Visitor(root).open("frames")
+    (root / "view3" / "rgb" / "000000.mp4").unlink()
+    visitor.press("Pin the pictures")
+    assert visitor.crashes == []
+    assert pinned(visitor) == []
