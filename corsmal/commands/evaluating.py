@@ -163,7 +163,10 @@ def budget(
     dataset, store = open_dataset(root), Store()
     with progress_bar("recordings") as progress:
         rows = geometry_budget(
-            dataset, lambda recording: load_detections(recording, store=store).views, progress=progress
+            dataset,
+            lambda recording: load_detections(recording, store=store).views,
+            detector=make_detector(None, is_demo=True),
+            progress=progress,
         )
     show("MAPE in %, preset paper", budget_table(rows))
     scores = score_against_error(dataset)

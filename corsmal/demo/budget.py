@@ -8,7 +8,7 @@ import pandas as pd
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.demo.truth import open_demo_truth
-from corsmal.detection import ViewDetections
+from corsmal.detection import Detector, ViewDetections, detect_view
 from corsmal.estimation import QUANTITIES, estimate, fit_frame
 from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
 from corsmal.selection import select_best_frame
@@ -22,6 +22,7 @@ def geometry_budget(
     dataset: Dataset,
     detections_of: Callable[[Recording], Views],
     *,
+    detector: Detector | None = None,
     shape: ShapeParameters | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> pd.DataFrame:
@@ -30,6 +31,8 @@ def geometry_budget(
     Args:
         dataset: a demo with its truth beside it.
         detections_of: gives the detections of a recording by view.
+        detector: detects in the true best frames; default: they are looked for among the detections, which may lack
+            them.
         shape: parameters of the fit; default: the paper's.
         progress: called with the numbers of recordings done and wanted.
 
@@ -45,7 +48,9 @@ def geometry_budget(
     for done, recording in enumerate(recordings, start=1):
         true = true_views(dataset, recording)
         found = detections_of(recording)
-        for way, views in zip(WAYS, (true, found, _only_frame_of(true, found)), strict=True):
+        frames = true_best_frames(true)
+        there = _only(frames, found) if detector is None else _detected(recording, frames, detector)
+        for way, views in zip(WAYS, (true, found, there), strict=True):
             result = estimate(recording, detections=views, shape=shape)
             errors = errors_pct(recording, [getattr(result, name) for name in QUANTITIES])
             name = recording.annotation.container if recording.annotation else None
@@ -118,10 +123,23 @@ def true_views(dataset: Dataset, recording: Recording) -> Views:
     return {name: truth.visible(name) for name in METHOD_VIEWS if name in recording.views}
 
 
-def _only_frame_of(true: Views, found: Views) -> Views:
-    """Detections of the best frame of the true masks alone, so that no other can be chosen."""
-    frames = {best.frame for pair in PAIRS if (best := select_best_frame(true, pair=pair)).frame is not None}
+def true_best_frames(true: Views) -> list[int]:
+    """The best frames of both pairs by the true masks."""
+    return sorted({best.frame for pair in PAIRS if (best := select_best_frame(true, pair=pair)).frame is not None})
+
+
+def _only(frames: Sequence[int], found: Views) -> Views:
+    """The detections of some frames alone, so that no other can be chosen."""
     return {
         name: replace(view, by_frame={frame: view[frame] for frame in frames if frame in view})
         for name, view in found.items()
     }
+
+
+def _detected(recording: Recording, frames: Sequence[int], detector: Detector) -> Views:
+    found = {}
+    for name in METHOD_VIEWS:
+        if name in recording.views:
+            with recording.views[name].video() as video:
+                found[name] = detect_view(video, detector, frames=frames)
+    return found

@@ -1,9 +1,18 @@
 import pytest
 
 from corsmal.dataset import open_dataset
-from corsmal.demo.budget import WAYS, budget_table, errors_pct, geometry_budget, score_against_error, true_views
+from corsmal.demo.budget import (
+    WAYS,
+    budget_table,
+    errors_pct,
+    geometry_budget,
+    score_against_error,
+    true_best_frames,
+    true_views,
+)
 from corsmal.demo.writing import write_demo
 from corsmal.estimation import QUANTITIES
+from corsmal.parameters import METHOD_VIEWS
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +36,26 @@ def test_recordings_without_detections_are_counted_and_in_no_mean(dataset):
     assert table.loc[("red cup", WAYS[1]), "failed"] == 1
     assert table.loc[("red cup", WAYS[1]), list(QUANTITIES)].isna().all()
     assert table.loc[("average", WAYS[0]), "height_mm"] == table.loc[("red cup", WAYS[0]), "height_mm"]
+
+
+class Perfect:
+    """A perfect detector: it knows by their order which frame of which view comes."""
+
+    name = digest = "perfect"
+
+    def __init__(self, views, frames):
+        self._answers = iter([views[name][frame] for name in METHOD_VIEWS for frame in frames])
+
+    def detect(self, frames):
+        return [next(self._answers) for _ in frames]
+
+
+def test_true_best_frames_are_detected_where_a_search_left_them_out(dataset):
+    views = true_views(dataset, dataset["000000"])
+    detector = Perfect(views, true_best_frames(views))
+    budget = geometry_budget(dataset, lambda _: {}, detector=detector).set_index("way")
+    assert budget.loc[WAYS[1], "status"] == "failed"
+    assert budget.loc[WAYS[2], "capacity_ml"] == budget.loc[WAYS[0], "capacity_ml"]
 
 
 def test_errors_by_hand(dataset):
