@@ -24,6 +24,7 @@ def main() -> None:
             st.Page("pages/shape.py", title="Shape", url_path="hull", icon=":material/deployed_code:"),
             st.Page("pages/filling.py", title="Filling", url_path="sound", icon=":material/graphic_eq:"),
             st.Page("pages/mass.py", title="Mass", url_path="weight", icon=":material/scale:"),
+            st.Page("pages/evaluation.py", title="Evaluation", url_path="results", icon=":material/leaderboard:"),
         ]
     )
     session.begin()

@@ -14,7 +14,7 @@ recording, frames = open_detected()
 network = None
 with guarded():
     network = mass.model()
-weighing.about_weights(recording)
+weighing.about_weights(recording, network)
 
 
 @st.fragment
@@ -32,11 +32,11 @@ def mass_panel() -> None:
     fit = data.fit(recording, pair=pair, frame=frame, centre_rule=best.centre_rule, shape=shape, keep=True)
     numbers = mass.chosen_numbers(recording, fit)
     mask = data.mask(recording, view=mass.MASS_VIEW, frame=frame, centre_rule=best.centre_rule)
-    if mask is None or not weighing.shows_container(mask, frame=frame):
+    if not weighing.shows_container(mask, frame=frame) or mask is None:
         return
     weighed = mass.weigh_mask(mask, numbers, network=network, axis=axis, padding=mass.padding_px())
     object_mass(recording, weighed.mass_g, annotated_filling(recording), capacity_ml=numbers["capacity_ml"])
-    weighing.problems(fit, weighed)
+    weighing.problems(fit, weighed, network)
     weighing.pictures(recording, mask, weighed, frame=frame)
     left, right = st.columns([2, 3])
     with left:

@@ -118,6 +118,15 @@ def read_mass_data(path: Path) -> pd.DataFrame:
     return table
 
 
+def best_frames(table: pd.DataFrame, *, count: int = 1) -> pd.DataFrame:
+    """The rows of each recording's frames with the highest scores, at most ``count`` of each; of equal ones the first.
+
+    One is what the method looks at; more of them show the network a recording's container more often.
+    """
+    ranks = table.groupby("seed")["score"].rank(ascending=False, method="first")
+    return table[ranks <= count]
+
+
 def masks_of(table: pd.DataFrame, column: str = "visible") -> Iterator[np.ndarray]:
     """The (H, W) bool masks of a table's rows, one after the other; ``column`` is ``visible`` or ``amodal``."""
     for height, width, counts in zip(table["height"], table["width"], table[column], strict=True):
@@ -128,7 +137,7 @@ def mass_rows(table: pd.DataFrame, *, true_dimensions: bool = False) -> Iterator
     """What the network is trained on and judged by, a row per row of the table.
 
     Args:
-        table: of ``make_mass_data``; mostly those of its rows that are ``best``.
+        table: of ``make_mass_data``; mostly its ``best_frames``.
         true_dimensions: the container's own dimensions instead of the measured ones.
     """
     for row, mask in zip(table.to_dict("records"), masks_of(table), strict=True):

@@ -19,7 +19,8 @@ Box = tuple[int, int, int, int]
 PICTURE_PX = 480
 """Pictures are enlarged by a whole number to about this, so that the pixels of masks keep their edges."""
 
-TINT, DIM = 0.55, 0.5
+TINT, TINT_SEEN, DIM = 0.55, 0.3, 0.5
+NOTES = {"stretch": "stretched", "letterbox": "to scale"}
 GAP = 0.025
 """Between panels, as a share of the figure's width."""
 
@@ -52,6 +53,7 @@ def restoration_figure(
     restored: RestoredMask,
     *,
     network_input: NDArray[np.float32],
+    resize: str,
     amodal: Mask | None = None,
 ) -> go.Figure:
     """What was seen, what restoring made of it, how far that is from the truth, and what the network is given.
@@ -61,6 +63,7 @@ def restoration_figure(
         mask: (H, W) bool, the container's visible pixels.
         restored: the restored mask, with pixels.
         network_input: (112, 112) float32, 0..1.
+        resize: how it was made square: ``stretch`` or ``letterbox``.
         amodal: (H, W) bool, the container's whole silhouette where it is known; without it that panel is left out.
 
     Returns:
@@ -84,7 +87,7 @@ def restoration_figure(
         }
         note = f"IoU {mask_iou(mask, amodal):.3f} before, {mask_iou(restored.mask, amodal):.3f} after"
         panels.append(_frame_panel("Against the truth", note, image, restored.crop, layers, is_dim=True))
-    panels.append(_input_panel(network_input))
+    panels.append(_input_panel(network_input, resize))
     return _side_by_side(panels)
 
 
@@ -115,7 +118,7 @@ def _frame_panel(
         inside = mask[y0:y1, x0:x1]
         if inside.any():
             large = np.kron(inside, np.ones((factor, factor), bool))
-            paint_mask(picture, large, rgb_colour=rgb(COLOURS[name]), opacity=TINT)
+            paint_mask(picture, large, rgb_colour=rgb(COLOURS[name]), opacity=TINT if is_dim else TINT_SEEN)
     traces = [_legend_entry(name) for name, mask in layers.items() if mask.any()]
     return Panel(title, note, box, traces, picture)
 
@@ -136,7 +139,7 @@ def _axis_line(axis: Axis, box: Box) -> Part:
     return {"type": "scatter", "x": ends[:, 0], "y": ends[:, 1], "mode": "lines", "line": line, "name": "axis"}
 
 
-def _input_panel(network_input: NDArray[np.float32]) -> Panel:
+def _input_panel(network_input: NDArray[np.float32], resize: str) -> Panel:
     height, width = network_input.shape
     trace = {
         "type": "heatmap",
@@ -147,7 +150,9 @@ def _input_panel(network_input: NDArray[np.float32]) -> Panel:
         "showscale": False,
         "hovertemplate": "covered: %{z} %<extra></extra>",
     }
-    return Panel("The network's input", f"{width} × {height} px", (0, 0, width, height), [trace])
+    return Panel(
+        "The network's input", f"{width} × {height} px, {NOTES.get(resize, resize)}", (0, 0, width, height), [trace]
+    )
 
 
 def _side_by_side(panels: list[Panel]) -> go.Figure:
@@ -177,6 +182,8 @@ def _side_by_side(panels: list[Panel]) -> go.Figure:
         }
         layout["annotations"].append(_title(panel, left + width / 2))
         if panel.picture is not None:
+            if index:
+                layout[f"xaxis{number}"]["matches"], layout[f"yaxis{number}"]["matches"] = "x", "y"
             layout["images"].append(_picture(panel.picture, panel.box, number))
         for trace in panel.traces:
             name = trace.get("name", "")

@@ -37,10 +37,7 @@ def sensitivity_figure(
     if masses_g:
         traces.append(_now(next(iter(masses_g.values()))[np.abs(percent).argmin()]))
     if true_g is not None:
-        ends = {"xref": "x domain", "x0": 0, "x1": 1, "y0": true_g, "y1": true_g}
-        layout["shapes"] = [{"type": "line", **ends, "line": {"color": TRUTH, "width": 2, "dash": "dash"}}]
-        place = {"xref": "x domain", "x": 1, "xanchor": "right", "y": true_g, "yanchor": "bottom", "showarrow": False}
-        layout["annotations"] = [{"text": f"true mass: {true_g:g} g", "font": {"color": TRUTH}, **place}]
+        traces.append(_truth(percent, true_g))
     return go.Figure(traces, layout)
 
 
@@ -66,4 +63,16 @@ def _now(mass_g: float) -> Part:
         "name": "now",
         "marker": {"color": CONTAINER, "size": 13, "line": {"color": "#FFFFFF", "width": 2}},
         "hovertemplate": "now: %{y:.1f} g<extra></extra>",
+    }
+
+
+def _truth(percent: Floats, true_g: float) -> Part:
+    return {
+        "type": "scatter",
+        "x": [percent.min(), percent.max()],
+        "y": [true_g, true_g],
+        "mode": "lines",
+        "name": f"true mass: {true_g:g} g",
+        "line": {"color": TRUTH, "width": 2, "dash": "dash"},
+        "hoverinfo": "name",
     }

@@ -17,7 +17,7 @@ ENVELOPE_POINTS = 900
 
 PICTURE_WIDTH = 1200
 PICTURE_QUALITY = 92
-LOG_MEL_DB = (-40.0, 20.0)
+LOG_MEL_DB = (-40.0, 15.0)
 """Power of a band at the two ends of the colours, the same for all recordings."""
 
 DB_PER_NEPER = 10 / np.log(10)
@@ -48,7 +48,9 @@ class SoundPicture:
     duration_s: float
 
 
-def sound_picture(samples: Floats, rows: Floats, *, sample_rate_hz: int, row_s: float, highest_hz: float) -> SoundPicture:
+def sound_picture(
+    samples: Floats, rows: Floats, *, sample_rate_hz: int, row_s: float, highest_hz: float
+) -> SoundPicture:
     """Prepare one channel for drawing, however long it is.
 
     Args:
@@ -89,5 +91,7 @@ def _picture(rows: Floats) -> str:
     grey = (255 * shares.clip(0, 1)).round().astype(np.uint8)
     coloured = np.asarray(cv2.cvtColor(cv2.applyColorMap(grey, cv2.COLORMAP_MAGMA), cv2.COLOR_BGR2RGB), np.uint8)
     if coloured.shape[1] > PICTURE_WIDTH:
-        coloured = np.asarray(cv2.resize(coloured, (PICTURE_WIDTH, len(coloured)), interpolation=cv2.INTER_AREA), np.uint8)
+        coloured = np.asarray(
+            cv2.resize(coloured, (PICTURE_WIDTH, len(coloured)), interpolation=cv2.INTER_AREA), np.uint8
+        )
     return "data:image/jpeg;base64," + base64.b64encode(jpeg(coloured, quality=PICTURE_QUALITY)).decode("ascii")

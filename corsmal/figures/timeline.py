@@ -1,39 +1,31 @@
 """A recording's sound, and what the filling network makes of it, on one time axis."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
 
+from corsmal.figures.answer import HEAD_COLOURS
 from corsmal.figures.sound import SoundPicture, band_of
-from corsmal.figures.style import (
-    ATTENTION,
-    LEVEL_COLOURS,
-    SOUND,
-    TRUTH,
-    TYPE_COLOURS,
-    Part,
-    axis,
-    plain_layout,
-    text_on,
-)
+from corsmal.figures.style import ATTENTION, SOUND, TRUTH, Part, axis, plain_layout
+from corsmal.figures.windows import length_s, times_s, window_areas, window_labels
 from corsmal.filling import FillingPrediction
 
 PANELS_PX = {"waveform": 60, "log-mel": 124, "attention": 50, "type": 84, "level": 72}
-"""Heights of the panels, from above. The crop is of the first three."""
+"""Heights of the panels, from above."""
+
+CROPPED = ("waveform", "log-mel", "attention")
 
 CAPTION_PX = 22
-LANE_PX = 20
+LANE_PX = 26
+BAR_PX = 8
+"""Above the lane the handles' bar is laid."""
 MARGIN_PX = {"l": 60, "r": 14, "t": 18, "b": 40}
-COLOURS = {"type": TYPE_COLOURS, "level": LEVEL_COLOURS}
 TICKS_HZ = {200: "0.2", 1000: "1", 3000: "3", 10000: "10"}
 AMPLITUDE_MIN = 0.01
 """The waveform's axis reaches at least this far: noise alone must not look like a sound."""
 
-LABEL_MIN = 0.45
-"""A class is named inside its area where its probability reaches this."""
-
+YAXIS = {"fixedrange": True, "title_font_size": 11, "title_standoff": 4, "tickfont_size": 11, "ticklabelstandoff": 6}
 TRAINING_CROPS = ((0.0, 0.4, "crops begin here in training"), (0.6, 1.0, "and end here"))
 """Of the recording's length (paper 2)."""
 
@@ -64,39 +56,43 @@ def timeline_figure(
         cursor: a moment, s, that a line marks, and its name.
 
     Returns:
-        A figure with its height set. ``layout.meta`` holds the share of the height, from below, that a crop is of.
+        A figure with its height set. ``layout.meta`` names the parts of the plot's height, from below, that a crop is
+        of.
     """
     attended = prediction is not None and prediction.attention is not None
-    names = [name for name in PANELS_PX if name in ("waveform", "log-mel") or (attended if name == "attention" else windows)]
+    shown = {"attention": attended, "type": bool(windows), "level": bool(windows)}
+    names = [name for name in PANELS_PX if shown.get(name, True)]
     height_px, domains = _domains(names)
     ids = {name: f"y{number}" if number > 1 else "y" for number, name in enumerate(names, 1)}
     traces = [*_waveform(picture), _anchor(ids["log-mel"])]
     if prediction is not None and "attention" in names:
         traces.append(_attention(prediction, yaxis=ids["attention"]))
-    if windows:
-        traces += [trace for name in COLOURS for trace in _areas(windows, name=name, yaxis=ids[name])]
-    window_s = _length_s(windows[0]) if windows else 0.0
+    labels = []
+    for head in HEAD_COLOURS if windows else ():
+        traces += window_areas(windows, head=head, yaxis=ids[head])
+        labels += window_labels(windows, head=head, yaxis=ids[head], width_s=picture.duration_s)
+    window_s = length_s(windows[0]) if windows else 0.0
     captions = {name: CAPTIONS[name].format(channel=channel, window_s=window_s) for name in names}
-    labels = [_label(windows, name=name, yaxis=ids[name]) for name in COLOURS if windows]
+    limits_s = [picture.span_s[0], max(picture.span_s[1], picture.duration_s)]
     layout = plain_layout(
         height=height_px,
-        meta={"crop_domain": [domains["attention" if attended else "log-mel"][0], 1.0]},
+        meta={"cropped": [domains[name] for name in names if name in CROPPED]},
         margin=MARGIN_PX,
         showlegend=False,
         hovermode="x unified",
         hoversubplots="axis",
-        xaxis=axis("time (s)", range=list(picture.span_s), anchor=ids[names[-1]], showgrid=False, zeroline=False),
+        xaxis=axis("time (s)", range=limits_s, anchor=ids[names[-1]], showgrid=False, zeroline=False),
         images=[_log_mel(picture, yaxis=ids["log-mel"])],
         shapes=[*_lane(picture, height_px), *([] if cursor is None else [_line(cursor[0])])],
         annotations=[
             *(_caption(captions[name], domains[name][1]) for name in names),
             *_lane_texts(picture, height_px),
-            *(text for texts in labels for text in texts),
+            *labels,
             *([] if cursor is None else [_cursor_text(*cursor)]),
         ],
     )
     for name in names:
-        layout[f"yaxis{ids[name][1:]}"] = _axis(name, picture) | {"domain": domains[name], "fixedrange": True}
+        layout[f"yaxis{ids[name][1:]}"] = _axis(name, picture) | {"domain": domains[name]} | YAXIS
     return go.Figure(traces, layout)
 
 
@@ -114,14 +110,14 @@ def _domains(names: Sequence[str]) -> tuple[int, dict[str, list[float]]]:
 def _axis(name: str, picture: SoundPicture) -> Part:
     if name == "waveform":
         reach = 1.05 * max(AMPLITUDE_MIN, float(-picture.low.min()), float(picture.high.max()))
-        return axis("of full", range=[-reach, reach], nticks=3, zeroline=True)
+        return axis("amplitude", range=[-reach, reach], nticks=3, zeroline=True)
     if name == "log-mel":
         shown = {hz: text for hz, text in TICKS_HZ.items() if hz < picture.highest_hz}
         places = [band_of(hz, bands=picture.bands, highest_hz=picture.highest_hz) for hz in shown]
         limits = [-0.5, picture.bands - 0.5]
         return axis("kHz", range=limits, tickvals=places, ticktext=list(shown.values()), showgrid=False, zeroline=False)
     if name == "attention":
-        return axis("×", rangemode="tozero", nticks=3)
+        return axis("× mean", rangemode="tozero", nticks=3)
     return axis("%", range=[0, 100], tickvals=[0, 50, 100], showgrid=False)
 
 
@@ -129,7 +125,14 @@ def _waveform(picture: SoundPicture) -> list[Part]:
     look = {"type": "scatter", "mode": "lines", "x": picture.times_s, "line": {"color": SOUND, "width": 1}}
     return [
         {**look, "y": picture.low, "hoverinfo": "skip"},
-        {**look, "y": picture.high, "fill": "tonexty", "fillcolor": SOUND, "hovertemplate": "peak %{y:.3f} of full", "name": ""},
+        {
+            **look,
+            "y": picture.high,
+            "fill": "tonexty",
+            "fillcolor": SOUND,
+            "hovertemplate": "peak %{y:.3f} of full",
+            "name": "",
+        },
     ]
 
 
@@ -145,8 +148,8 @@ def _log_mel(picture: SoundPicture, *, yaxis: str) -> Part:
 
 
 def _attention(prediction: FillingPrediction, *, yaxis: str) -> Part:
-    times = _times_s(prediction)
-    relative = prediction.attention * len(times)
+    times = times_s(prediction)
+    relative = np.asarray(prediction.attention) * len(times)
     return {
         "type": "scatter",
         "x": times.astype(np.float32),
@@ -160,61 +163,6 @@ def _attention(prediction: FillingPrediction, *, yaxis: str) -> Part:
     }
 
 
-def _areas(windows: Sequence[FillingPrediction], *, name: str, yaxis: str) -> list[Part]:
-    times, shares = _shares(windows, name)
-    return [
-        {
-            "type": "scatter",
-            "x": times.astype(np.float32),
-            "y": (100 * shares[:, index]).astype(np.float32),
-            "yaxis": yaxis,
-            "stackgroup": name,
-            "mode": "lines",
-            "line": {"color": colour, "width": 0},
-            "fillcolor": colour,
-            "name": label,
-            "hovertemplate": "%{y:.0f} %",
-        }
-        for index, (label, colour) in enumerate(COLOURS[name].items())
-    ]
-
-
-def _label(windows: Sequence[FillingPrediction], *, name: str, yaxis: str) -> list[Part]:
-    """The name of each class inside its area, where that is the highest."""
-    times, shares = _shares(windows, name)
-    below = np.cumsum(shares, axis=1) - shares / 2
-    best = shares.argmax(axis=0)
-    return [
-        {
-            "text": label,
-            "x": float(times[best[index]]),
-            "y": float(100 * below[best[index], index]),
-            "yref": yaxis,
-            "showarrow": False,
-            "font": {"color": text_on(colour), "size": 12},
-        }
-        for index, (label, colour) in enumerate(COLOURS[name].items())
-        if shares[best[index], index] >= LABEL_MIN
-    ]
-
-
-def _shares(windows: Sequence[FillingPrediction], name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(n,) the middles of the windows, s, and (n, classes) probabilities; a lone window from its start to its end."""
-    shares = np.array([getattr(window, f"{name}_probabilities") for window in windows])
-    if len(windows) == 1:
-        return _times_s(windows[0])[[0, -1]], shares.repeat(2, axis=0)
-    return np.array([_times_s(window).mean() for window in windows]), shares
-
-
-def _times_s(prediction: FillingPrediction) -> NDArray[np.float64]:
-    start, end = prediction.rows or (0, 0)
-    return np.arange(start, end) * (prediction.steps_s or 0.0)
-
-
-def _length_s(prediction: FillingPrediction) -> float:
-    return len(_times_s(prediction)) * (prediction.steps_s or 0.0)
-
-
 def _lane(picture: SoundPicture, height_px: int) -> list[Part]:
     """Where the paper's crops begin and end, above the panels."""
     bottom = 1 - LANE_PX / _inner_px(height_px)
@@ -225,7 +173,7 @@ def _lane(picture: SoundPicture, height_px: int) -> list[Part]:
             "x1": high * picture.duration_s,
             "yref": "paper",
             "y0": bottom,
-            "y1": 1,
+            "y1": 1 - BAR_PX / _inner_px(height_px),
             "fillcolor": TRUTH,
             "opacity": 0.22,
             "line": {"width": 0},
@@ -235,7 +183,7 @@ def _lane(picture: SoundPicture, height_px: int) -> list[Part]:
 
 
 def _lane_texts(picture: SoundPicture, height_px: int) -> list[Part]:
-    middle = 1 - LANE_PX / 2 / _inner_px(height_px)
+    middle = 1 - (LANE_PX + BAR_PX) / 2 / _inner_px(height_px)
     return [
         _text(text, x=(low + high) / 2 * picture.duration_s, y=middle, size=11, yanchor="middle", opacity=0.75)
         for low, high, text in TRAINING_CROPS
@@ -256,7 +204,7 @@ def _cursor_text(time_s: float, text: str) -> Part:
 
 
 def _caption(text: str, top: float) -> Part:
-    return _text(text, x=0, y=top, size=12, xref="x domain", xanchor="left", yanchor="bottom")
+    return _text(text, x=0, y=top, size=12, xref="x domain", xanchor="left", yanchor="bottom", xshift=8)
 
 
 def _text(text: str, *, size: int, font_colour: str | None = None, **place: object) -> Part:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from corsmal.filling.records import FEASIBLE_PAIRS, LEVEL_NAMES, TYPE_NAMES, Decoding, FillingPrediction, decode
 
 if TYPE_CHECKING:
+    from corsmal.filling.config import FillingConfig
     from corsmal.filling.crossvalidation import cross_validate
     from corsmal.filling.folds import WINNERS_FOLDS, folds_by_container, spread_folds
     from corsmal.filling.frontend import LogMelParameters, log_mel
-    from corsmal.filling.network import FillingConfig, FillingModel
+    from corsmal.filling.network import FillingModel
     from corsmal.filling.prediction import FillingPredictor
     from corsmal.filling.recipe import FillingTraining
     from corsmal.filling.samples import FillingSample, filling_samples
@@ -47,7 +48,8 @@ _FILES = {
     "crossvalidation": ("cross_validate",),
     "folds": ("WINNERS_FOLDS", "folds_by_container", "spread_folds"),
     "frontend": ("LogMelParameters", "log_mel"),
-    "network": ("FillingConfig", "FillingModel"),
+    "config": ("FillingConfig",),
+    "network": ("FillingModel",),
     "prediction": ("FillingPredictor",),
     "recipe": ("FillingTraining",),
     "samples": ("FillingSample", "filling_samples"),

@@ -24,6 +24,8 @@ from corsmal.filling.weights import read_filling, save_filling
 LOSS_FLOOR = 0.15
 """Of either loss in rule (1)."""
 
+DIVERGED = "training diverged; delete the folder and lower the learning rate"
+
 
 def keeps(lowest: float, level_loss: float, type_loss: float) -> bool:
     """Rule (1): whether an epoch's weights replace those that were kept.
@@ -50,8 +52,8 @@ def fit_network(
 ) -> FillingModel:
     """Fit one network, or go on where a run in the same folder was stopped.
 
-    A run that is stopped and goes on gives the same weights as one that is not: every epoch draws from a generator
-    of its own.
+    On a CPU, a run that is stopped and goes on gives the same weights as one that is not: every epoch draws from a
+    generator of its own.
 
     Args:
         folder: gets ``checkpoints/last.ckpt``, ``log/version_N/metrics.csv`` for the Nth start, TensorBoard's log and
@@ -74,36 +76,35 @@ def fit_network(
         return read_filling(done)[0]
     last = folder / "checkpoints" / "last.ckpt"
     _check_checkpoint(last)
-    with torch.random.fork_rng(), _quiet():
+    with torch.random.fork_rng(devices=range(torch.cuda.device_count())), _quiet():
         torch.manual_seed(stream(seed, index))
         module = FillingModule(training, index, samples, validation, seed=seed)
         keeper = KeepBest(folder / "kept.safetensors", module.network)
-        trainer = lightning.Trainer(
-            accelerator="auto",
-            devices=1,
-            max_epochs=training.epochs,
-            reload_dataloaders_every_n_epochs=1,
-            num_sanity_val_steps=0,
-            limit_val_batches=1.0 if validation else 0,
-            logger=[CSVLogger(folder, name="log"), TensorBoardLogger(folder, name="", version="tensorboard")],
-            log_every_n_steps=1,
-            callbacks=[
-                *([keeper] if training.keep == "best" else []),
-                _Checkpoint(last),
-                _Progress(progress),
-            ],
-            enable_checkpointing=False,
-            enable_model_summary=False,
-            enable_progress_bar=False,
-        )
+        callbacks = [*([keeper] if training.keep == "best" else []), _Checkpoint(last), _Progress(progress)]
+        trainer = _trainer(folder, callbacks, epochs=training.epochs, validated=bool(validation))
         trainer.fit(module, ckpt_path=last if last.exists() else None, weights_only=True)
-    network = module.network.cpu().eval()
-    if training.keep == "best" and keeper.path.exists():
-        [network] = read_filling(keeper.path)
-    if not math.isfinite(sum(float(value.sum()) for value in network.state_dict().values())):
-        raise FileError(folder, "training diverged; delete the folder and lower the learning rate")
+    network = keeper.kept() if training.keep == "best" else module.network.cpu().eval()
+    if not all(torch.isfinite(value).all() for value in network.state_dict().values()):
+        raise FileError(folder, DIVERGED)
     save_filling(done, [network])
     return network
+
+
+def _trainer(folder: Path, callbacks: list[Callback], *, epochs: int, validated: bool) -> lightning.Trainer:
+    return lightning.Trainer(
+        accelerator="auto",
+        devices=1,
+        max_epochs=epochs,
+        reload_dataloaders_every_n_epochs=1,
+        num_sanity_val_steps=0,
+        limit_val_batches=1.0 if validated else 0,
+        logger=[CSVLogger(folder, name="log"), TensorBoardLogger(folder, name="", version="tensorboard")],
+        log_every_n_steps=1,
+        callbacks=callbacks,
+        enable_checkpointing=False,
+        enable_model_summary=False,
+        enable_progress_bar=False,
+    )
 
 
 class KeepBest(Callback):
@@ -125,6 +126,16 @@ class KeepBest(Callback):
             self.lowest = level + kind
             save_filling(self.path, [self._network])
         trainer.should_stop = self.lowest <= 2 * LOSS_FLOOR
+
+    def kept(self) -> FillingModel:
+        """The network with the weights that were kept last.
+
+        Raises:
+            FileError: no epoch's losses were finite.
+        """
+        if not math.isfinite(self.lowest):
+            raise FileError(self.path.parent, DIVERGED)
+        return read_filling(self.path)[0]
 
     def state_dict(self) -> dict[str, Any]:
         """What a run that goes on needs to know."""

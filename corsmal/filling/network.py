@@ -6,8 +6,6 @@ after the last; the FC layers inside a block are twice as wide as the features; 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import get_args
 
 import numpy as np
 import torch
@@ -15,70 +13,14 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES, Decoding
+from corsmal.filling.config import FillingConfig
+from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
 
 KERNEL_NOISE = 0.02
 """Deviation of the random part of the first kernels, whose middle is 1."""
 
 DEVIATION_MIN = 1e-6
 """A feature with a smaller deviation counts as one that never changes."""
-
-
-@dataclass(frozen=True)
-class FillingConfig:
-    """Sizes of the network, what it is given, and how its answer is read.
-
-    Args:
-        channels: C, channels of the features: 8 microphones, or 1 for features that were mixed before.
-        features: features per row: N_mel of Table 1, and the width of the Transformer.
-        heads: of each block's self-attention.
-        blocks: encoder blocks.
-        hidden: width between the two FC layers of a block.
-        head_hidden: width between the two FC layers of a classification head.
-        dropout: of what attention and FC layers give, while training.
-        duration_input: whether the heads are also given log T.
-        standardise: whether features are standardised, each of the ``features`` by its mean and deviation in training.
-        decoding: how type and level are read off the two heads' probabilities.
-
-    Raises:
-        ArgumentError: a size is not a positive whole number, or they do not fit together.
-    """
-
-    channels: int = 8
-    features: int = 128
-    heads: int = 4
-    blocks: int = 3
-    hidden: int = 256
-    head_hidden: int = 64
-    dropout: float = 0.1
-    duration_input: bool = False
-    standardise: bool = True
-    decoding: Decoding = "independent"
-
-    def __post_init__(self) -> None:
-        for name in ("channels", "features", "heads", "blocks", "hidden", "head_hidden"):
-            size = getattr(self, name)
-            if type(size) is not int or size < 1:
-                raise ArgumentError(f"{name} must be a positive whole number, got {size!r}")
-        if self.features % self.heads or self.features % 2:
-            raise ArgumentError(f"features must be even and a multiple of heads, got {self.features} and {self.heads}")
-        if not (isinstance(self.dropout, float | int) and 0 <= self.dropout < 1):
-            raise ArgumentError(f"dropout must lie in 0..1, got {self.dropout!r}")
-        for name in ("duration_input", "standardise"):
-            if type(getattr(self, name)) is not bool:
-                raise ArgumentError(f"{name} must be true or false, got {getattr(self, name)!r}")
-        if self.decoding not in get_args(Decoding):
-            raise ArgumentError(f"decoding must be 'independent' or 'feasible', got {self.decoding!r}")
-
-    @classmethod
-    def paper(cls, *, channels: int = 8) -> "FillingConfig":
-        """The paper's network."""
-        return cls(channels=channels)
-
-    @classmethod
-    def tuned(cls, *, channels: int = 8, standardise: bool = False) -> "FillingConfig":
-        """The same layers; the heads know the duration, and only pairs that exist are answered."""
-        return cls(channels=channels, duration_input=True, standardise=standardise, decoding="feasible")
 
 
 class CNNEncoder(nn.Module):

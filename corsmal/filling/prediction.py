@@ -10,7 +10,8 @@ from torch import Tensor
 
 from corsmal.detection.weights import file_sha256
 from corsmal.errors import ArgumentError
-from corsmal.filling.network import FillingConfig, FillingModel
+from corsmal.filling.config import FillingConfig
+from corsmal.filling.network import FillingModel
 from corsmal.filling.records import FillingPrediction
 from corsmal.filling.weights import read_filling
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.network import FillingConfig
+from corsmal.filling.config import FillingConfig
 from corsmal.filling.samples import Task
 from corsmal.filling.weights import check_together
 
@@ -64,8 +64,8 @@ class FillingTraining:
 
     @classmethod
     def tuned(cls) -> "FillingTraining":
-        """Six networks that know the duration, half of them on standardised features; joint loss, few epochs."""
-        networks = tuple(FillingConfig.tuned(standardise=index % 2 == 1) for index in range(6))
+        """Eight networks that know the duration, half of them on standardised features; joint loss, few epochs."""
+        networks = tuple(FillingConfig.tuned(standardise=index % 2 == 1) for index in range(8))
         return cls(networks, passes="joint", keep="last", epochs=20, rate=1e-3)
 
     @classmethod

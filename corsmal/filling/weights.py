@@ -11,7 +11,8 @@ import torch
 
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
-from corsmal.filling.network import FillingConfig, FillingModel
+from corsmal.filling.config import FillingConfig
+from corsmal.filling.network import FillingModel
 
 MODELS_MAX = 8
 """More models than this in one file make a prediction slow and hardly better."""

@@ -28,6 +28,9 @@ STRIPS_PER_SIDE, STRIP_PX_MIN = 50, 2.0
 """The longer side of the outline's box has so many strips, unless they would be narrower than this."""
 
 STEPS_PER_STRIP = 4
+WEIGHT_MIN = 0.01
+"""Of a strip in the middle; those at the ends have 1."""
+
 COARSE_DEG, FINE_DEG = 3.0, 0.5
 UPRIGHT_SHARE = 0.5
 """Share of its agreement that an axis loses when it lies flat: boxes have two axes, and people hold them upright."""
@@ -188,7 +191,7 @@ def _strips(points: Floats, tilts_deg: Floats, strip_px: float) -> tuple[Floats,
     is_there = np.isfinite(low)
     middles = np.where(is_there, (low + np.where(is_there, high, 0)) / 2, 0)
     position = 2 * (np.arange(shape[1]) + 0.5) / (last + 1) - 1  # from -1 at the lower to 1 at the upper end
-    return middles, np.where(is_there, position**2, 0)
+    return middles, np.where(is_there, np.maximum(position**2, WEIGHT_MIN), 0)
 
 
 def _best_offsets(points: Floats, tilts_deg: Floats, strip_px: float) -> tuple[Floats, Floats]:

@@ -1,6 +1,7 @@
 """Pieces of the Filling page: the answer beside the truth, the controls, the timeline, the downloads."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 
 import pandas as pd
 import streamlit as st
@@ -9,11 +10,13 @@ from corsmal.dataset import Recording
 from corsmal.dataset.audio import CHANNELS
 from corsmal.demo import FILLING_WEIGHTS
 from corsmal.errors import CorsmalError
-from corsmal.figures.answer import answer_figure
+from corsmal.figures import jpeg
+from corsmal.figures.answer import Head, answer_figure
 from corsmal.figures.sound import SoundPicture
 from corsmal.figures.timeline import timeline_figure
 from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
-from corsmal.ui import media, session, sound
+from corsmal.parameters import PAIRS
+from corsmal.ui import data, media, session, sound
 from corsmal.ui.components import plain
 from corsmal.ui.linked_plot import PlotEvent, Span, linked_plot
 from corsmal.ui.mass import is_synthetic
@@ -23,8 +26,12 @@ STEP_S = 0.05
 CROP_MIN_S = 0.25
 """Less than this is a click."""
 
-HEARD = "heard_crop"
-NAMES = {"type": TYPE_NAMES, "level": LEVEL_NAMES}
+FRONTAL = PAIRS[0][0]
+FRAME_WIDTH_PX = 480
+
+HEARD, CHANNEL = "heard_crop", "channel_control"
+ALL = -1
+HEADS: dict[Head, tuple[str, ...]] = {"type": TYPE_NAMES, "level": LEVEL_NAMES}
 TRAINING = "`python -m corsmal train filling ROOT RUN`"
 
 
@@ -44,7 +51,7 @@ def predicted(recording: Recording, crop_s: sound.Seconds | None) -> FillingPred
     try:
         return sound.prediction(recording, crop_s=crop_s)
     except CorsmalError as error:
-        st.error(f"{plain(str(error))} There is no answer; train a network with {TRAINING}.", icon=":material/error:")
+        st.error(f"No answer. {plain(str(error))}", icon=":material/error:")
         return None
 
 
@@ -58,8 +65,9 @@ def followed_crop(event: PlotEvent, picture: SoundPicture) -> sound.Seconds | No
             icon=":material/content_cut:",
         )
         start_s, stop_s = 0.0, end_s
-    start_s, stop_s = event.values.get("crop_from", start_s), event.values.get("crop_to", stop_s)
-    stop_s = min(max(stop_s, CROP_MIN_S), end_s)
+    dragged = dict(event.values)
+    stop_s = min(max(dragged.get("crop_to", stop_s), CROP_MIN_S), end_s)
+    start_s = dragged.get("crop_from", start_s)
     start_s = max(0.0, min(start_s, stop_s - CROP_MIN_S))
     crop_s = None if (start_s, stop_s) == (0.0, end_s) else (round(start_s, 2), round(stop_s, 2))
     if crop_s != session.choice().crop_s:
@@ -79,23 +87,31 @@ def followed_frame(event: PlotEvent, clock: tuple[int, float] | None) -> tuple[f
 
 
 def answer(recording: Recording, prediction: FillingPrediction, *, crop_s: sound.Seconds | None) -> None:
-    """Type and level beside the truth, and the probabilities and logits of both heads."""
+    """Type and level beside the truth, each with the probabilities and logits of its head."""
     truth = _truth(recording)
-    left, right = st.columns([2, 5], vertical_alignment="center")
-    with left:
-        for column, head in zip(st.columns(2), NAMES, strict=True):
-            _verdict(column, head, prediction, truth.get(head))
-    with right:
+    whole = None if crop_s is None else sound.prediction(recording, crop_s=None)
+    for head in HEADS:
+        true = truth.get(head)
+        _verdict(head, prediction, true)
+        figure = answer_figure(prediction, head=head, whole=whole, true=true)
         linked_plot(
-            answer_figure(
-                prediction,
-                whole=None if crop_s is None else sound.prediction(recording, crop_s=None),
-                truth=truth,
-            ),
-            key="answer",
-            label="Probabilities and logits of type and level",
-            height_px=176,
+            figure,
+            key=f"answer_{head}",
+            label=f"Probabilities and logits of the {head}",
+            height_px=figure.layout.height,
         )
+    marks = "◆ annotated, in brackets: logits." + ("" if whole is None else " Grey mark: the whole recording.")
+    st.caption(marks)
+
+
+def frame_picture(recording: Recording, cursor: tuple[float, str] | None) -> None:
+    """What the frontal view shows at the chosen moment."""
+    frame = session.choice().frame
+    if cursor is None or frame is None or FRONTAL not in recording.views:
+        return
+    with suppress(CorsmalError):  # the Frames page says what is wrong with a video
+        st.image(jpeg(data.frame_image(recording, view=FRONTAL, frame=frame), width=FRAME_WIDTH_PX))
+        st.caption(f"{FRONTAL}, {cursor[1]}, {cursor[0]:.2f} s")
 
 
 def timeline(
@@ -114,7 +130,7 @@ def timeline(
         windows=[] if prediction is None else sound.windows(recording),
         cursor=cursor,
     )
-    end_s = _end_s(picture)
+    end_s, cropped = _end_s(picture), figure.layout.meta["cropped"]
     linked_plot(
         figure,
         key=TIMELINE,
@@ -129,28 +145,34 @@ def timeline(
             values=crop_s or (0.0, end_s),
             gap=min(CROP_MIN_S, end_s),
             unit="s",
-            domain=tuple(figure.layout.meta["crop_domain"]),
+            domain=(cropped[-1][0], 1.0),
+            faded=cropped,
         ),
         revision=recording.id,
     )
+    st.caption(
+        "Drag the handles or the bar between them: the answer follows. A click chooses the frame. Every clip is "
+        f"played {media.GAIN:g} times as loud as it was recorded. In training, crops of the type pass begin and end "
+        "in the grey ranges."
+    )
 
 
-def controls(recording: Recording, picture: SoundPicture, *, crop_s: sound.Seconds | None, settled: bool) -> None:
+def controls(recording: Recording, *, crop_s: sound.Seconds | None, settled: bool) -> None:
     """Which microphone, what is heard of it, and the way back to the whole recording."""
-    left, middle, right = st.columns([2, 5, 2], vertical_alignment="bottom")
-    st.session_state["channel_control"] = session.choice().channel
+    left, middle, right = st.columns([4, 7, 4], vertical_alignment="bottom")
+    channel = session.choice().channel
+    st.session_state[CHANNEL] = ALL if channel is None else channel
     left.selectbox(
         "Draw and play",
-        [None, *range(CHANNELS)],
-        key="channel_control",
-        format_func=media.channel_name,
-        on_change=lambda: session.choose(channel=st.session_state["channel_control"]),
+        [ALL, *range(CHANNELS)],
+        key=CHANNEL,
+        format_func=lambda number: media.channel_name(None if number == ALL else number),
+        on_change=_channel_chosen,
         help="The network always hears all eight microphones.",
     )
     if settled:
-        st.session_state[HEARD] = (recording.id, crop_s)
-    heard, heard_s = st.session_state.get(HEARD, (recording.id, crop_s))
-    middle.audio(sound.wav(recording, channel=session.choice().channel, crop_s=heard_s if heard == recording.id else crop_s))
+        st.session_state[HEARD] = crop_s
+    middle.audio(sound.wav(recording, channel=channel, crop_s=st.session_state.get(HEARD)))
     right.button(
         "Whole recording",
         icon=":material/undo:",
@@ -158,11 +180,11 @@ def controls(recording: Recording, picture: SoundPicture, *, crop_s: sound.Secon
         on_click=lambda: session.choose(crop_s=None),
         width="stretch",
     )
-    start_s, stop_s = crop_s or (0.0, _end_s(picture))
-    st.caption(
-        f"Heard: {start_s:.2f} to {stop_s:.2f} s of {_end_s(picture):.2f} s, played {media.GAIN:g} times as loud as "
-        "recorded, every clip alike. Drag the two handles: the answer follows. A click on the timeline chooses the frame."
-    )
+
+
+def _channel_chosen() -> None:
+    number = st.session_state[CHANNEL]
+    session.choose(channel=None if number == ALL else number)
 
 
 def downloads(recording: Recording, *, crop_s: sound.Seconds | None, has_answer: bool) -> None:
@@ -202,7 +224,7 @@ def _window_row(window: FillingPrediction) -> dict[str, float | str]:
     row: dict[str, float | str] = {"start_s": start * step_s, "end_s": end * step_s}
     row |= {"type": TYPE_NAMES[kind], "level": LEVEL_NAMES[level]}
     row |= {f"probability_{name}": share for name, share in window.probabilities.items()}
-    for head, names in NAMES.items():
+    for head, names in HEADS.items():
         row |= {f"logit_{name}": value for name, value in zip(names, getattr(window, f"{head}_logits"), strict=True)}
     return row
 
@@ -213,14 +235,14 @@ def _truth(recording: Recording) -> dict[str, str]:
     return {head: name for head, name in names.items() if name is not None}
 
 
-def _verdict(column: "st.delta_generator.DeltaGenerator", head: str, prediction: FillingPrediction, true: str | None) -> None:
-    name = NAMES[head][(prediction.pair or (0, 0))[list(NAMES).index(head)]]
+def _verdict(head: Head, prediction: FillingPrediction, true: str | None) -> None:
+    number = prediction.filling_type if head == "type" else prediction.filling_level
+    name = HEADS[head][number or 0]
     right = name == true
-    note = "no annotation" if true is None else f"{'✓' if right else '✗'} annotated: {true}"
-    column.metric(
+    st.metric(
         f"Filling {head}",
         f"{name}, {100 * prediction.probabilities[name]:.0f} %",
-        note,
+        "no annotation" if true is None else f"{'✓' if right else '✗'} annotated: {true}",
         delta_color="off" if true is None else "normal" if right else "inverse",
         delta_arrow="off",
     )

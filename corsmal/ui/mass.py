@@ -48,6 +48,7 @@ class Weighed:
         reason: why there is none.
         restored: the restored mask.
         network_input: (112, 112) float32, 0..1.
+        resize: how it was made square.
         curves_g: for each number the masses (n,) as it changes by ``CHANGES``; empty without an answer.
     """
 
@@ -55,6 +56,7 @@ class Weighed:
     reason: str
     restored: RestoredMask
     network_input: NDArray[np.float32]
+    resize: str
     curves_g: Mapping[str, NDArray[np.float64]]
 
 
@@ -138,10 +140,10 @@ def weigh_mask(mask: Mask, numbers: Numbers, *, network: "MassModel | None", axi
         raise ArgumentError("the mask is empty")
     if network is None or given.reason:
         reason = given.reason or "there are no weights"
-        return Weighed(None, reason, given.restored, given.image, {})
+        return Weighed(None, reason, given.restored, given.image, config.resize, {})
     curves = mass_sensitivity(network, given.image, given.numbers, changes=CHANGES)
     mass_g = float(curves[0, len(CHANGES) // 2])
-    return Weighed(mass_g, "", given.restored, given.image, dict(zip(names, curves, strict=False)))
+    return Weighed(mass_g, "", given.restored, given.image, config.resize, dict(zip(names, curves, strict=False)))
 
 
 def amodal_mask(recording: Recording, *, frame: int) -> Mask | None:

@@ -43,8 +43,8 @@ def annotated_filling(recording: Recording) -> Filling | None:
     return Filling(note.filling_type, note.filling_level, "the annotation")
 
 
-def answer(
-    recording: Recording, weighed: Weighed | None, filling: Filling | None, *, capacity_ml: float | None
+def object_mass(
+    recording: Recording, container_g: float | None, filling: Filling | None, *, capacity_ml: float | None
 ) -> None:
     """Container, filling and object mass beside the truth."""
     note = recording.annotation
@@ -64,8 +64,8 @@ def answer(
 def grams(value: float | None) -> str:
     """A mass as people read it."""
     if value is None:
-        return "none"
-    return f"{value:.1f} g" if 0 < abs(value) < 9.95 else f"{value:,.0f} g"
+        return "unknown"
+    return f"{_digits(value)} g"
 
 
 def error_text(value: float | None, true: float | None) -> str:
@@ -77,9 +77,13 @@ def error_text(value: float | None, true: float | None) -> str:
     off = value - true
     if off == 0:
         return f"exactly the true {grams(true)}"
-    sign = "+" if off > 0 else "−"
     share = f" ({100 * off / true:+.0f} %)" if true else ""
-    return f"{sign}{grams(abs(off))}{share} off the true {grams(true)}"
+    return f"{_digits(off, sign='+')} g{share} off the true {grams(true)}"
+
+
+def _digits(value: float, *, sign: str = "") -> str:
+    """One decimal below ten grams, none above, none for nothing."""
+    return f"{value:{sign}.1f}" if 0 < abs(value) < 9.95 else f"{value:{sign},.0f}"
 
 
 def _sum(*values: float | None) -> float | None:

@@ -24,6 +24,8 @@ Seconds = tuple[float, float]
 WINDOW_S = 1.0
 """The sliding window: a pour lasts longer, a knock does not."""
 
+ADVICE = "train some with `python -m corsmal train filling ROOT RUN` and name the file in CORSMAL_FILLING_WEIGHTS"
+
 WINDOWS_MAX = 60
 """Windows of a recording, so that a long one takes no longer."""
 
@@ -44,7 +46,7 @@ def predictor() -> "FillingPredictor":
     """
     path = weights_path()
     if not path.is_file():
-        raise FileError(path, "the filling network's weights are missing: CORSMAL_FILLING_WEIGHTS must name a file")
+        raise FileError(path, f"the filling network's weights are missing; {ADVICE}")
     return _predictor(str(path), file_fingerprint(path))
 
 
@@ -101,7 +103,7 @@ def wav(recording: Recording, *, channel: int | None, crop_s: Seconds | None) ->
     Raises:
         CorsmalError: as for ``audio``.
     """
-    return media.audio_wav(audio(recording), channel=channel, crop_s=crop_s)
+    return _wav(_key(recording), channel, crop_s, _recording=recording)
 
 
 def frame_clock(recording: Recording) -> tuple[int, float] | None:
@@ -151,7 +153,7 @@ def _features(key: str, *, _recording: Recording) -> "Features":
     return recording_features(_recording, store=data.store())
 
 
-@st.cache_resource(max_entries=32, show_spinner=False)
+@st.cache_resource(max_entries=32, show_spinner="Listening")
 def _picture(key: str, channel: int | None, *, _recording: Recording) -> SoundPicture:
     from corsmal.filling import LogMelParameters, log_mel  # noqa: PLC0415 - as above
 
@@ -164,6 +166,11 @@ def _picture(key: str, channel: int | None, *, _recording: Recording) -> SoundPi
         row_s=parameters.row_s,
         highest_hz=parameters.sample_rate_hz / 2,
     )
+
+
+@st.cache_resource(max_entries=16, show_spinner=False)
+def _wav(key: str, channel: int | None, crop_s: Seconds | None, *, _recording: Recording) -> bytes:
+    return media.audio_wav(_audio(key, _recording=_recording), channel=channel, crop_s=crop_s)
 
 
 @st.cache_resource(max_entries=512, show_spinner=False)

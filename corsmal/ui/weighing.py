@@ -1,11 +1,13 @@
 """Pieces of the Mass page: the pictures, the numbers that the masses hang on, and what may be wrong."""
 
+from functools import partial
+from typing import TYPE_CHECKING
+
 import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
-from corsmal.demo import MASS_WEIGHTS
 from corsmal.estimation import Fit
 from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
@@ -16,6 +18,9 @@ from corsmal.ui.components import guarded, plain
 from corsmal.ui.linked_plot import Slider, linked_plot
 from corsmal.ui.mass import MASS_VIEW, Weighed
 
+if TYPE_CHECKING:
+    from corsmal.mass import MassModel
+
 INPUTS = {
     "width_top_mm": ("w_t", "width at the top (mm)"),
     "width_bottom_mm": ("w_b", "width at the bottom (mm)"),
@@ -23,13 +28,13 @@ INPUTS = {
     "mm_per_px": ("s", "scale (mm per pixel)"),
     "capacity_ml": ("C", "capacity (mL), for the filling"),
 }
-RULES = {"base": "ends of the base (paper)", "whole": "whole outline"}
+RULES = {"base": "base (paper)", "whole": "whole outline"}
 LOW, HIGH = 0.01, 20_000.0
 
 
-def about_weights(recording: Recording) -> None:
+def about_weights(recording: Recording, network: "MassModel | None") -> None:
     """On real recordings, what the demo's weights are worth."""
-    if mass.weights_path() == MASS_WEIGHTS and not mass.is_synthetic(recording):
+    if network is not None and mass.weights_path() == mass.MASS_WEIGHTS and not mass.is_synthetic(recording):
         st.info(
             "The network that came along learnt from **synthetic** containers alone: on a real recording its mass is a "
             "guess. Train your own with `python -m corsmal train mass ROOT RUN`, and name its weights in the "
@@ -69,7 +74,7 @@ def shows_container(mask: NDArray[np.bool_] | None, *, frame: int) -> bool:
     return False
 
 
-def problems(fit: Fit, weighed: Weighed) -> None:
+def problems(fit: Fit, weighed: Weighed, network: "MassModel | None") -> None:
     """Why a mass is missing, and what can be done about it."""
     if not fit.ok:
         st.warning(
@@ -77,12 +82,10 @@ def problems(fit: Fit, weighed: Weighed) -> None:
             + " Type the dimensions below, try another frame or the other pair.",
             icon=":material/straighten:",
         )
-    elif weighed.reason:
+    elif weighed.reason and network is not None:
         st.warning(plain(f"No container mass: {weighed.reason}."), icon=":material/warning:")
     if not weighed.restored.ok:
         st.warning(plain(f"Nothing was restored: {weighed.restored.reason}."), icon=":material/warning:")
-    for note in weighed.restored.notes:
-        st.caption(f":material/info: {plain(note[0].upper() + note[1:])}.")
 
 
 def pictures(recording: Recording, mask: NDArray[np.bool_], weighed: Weighed, *, frame: int) -> None:
@@ -96,6 +99,7 @@ def pictures(recording: Recording, mask: NDArray[np.bool_], weighed: Weighed, *,
             mask,
             weighed.restored,
             network_input=weighed.network_input,
+            resize=weighed.resize,
             amodal=amodal,
         ),
         key="restoration",
@@ -114,6 +118,8 @@ def pictures(recording: Recording, mask: NDArray[np.bool_], weighed: Weighed, *,
         height_px=400,
         revision=f"{recording.id} {frame} {weighed.restored.crop}",
     )
+    if weighed.restored.notes:
+        st.caption(f":material/info: {plain('; '.join(weighed.restored.notes))}.")
 
 
 def number_inputs(recording: Recording, fit: Fit, numbers: mass.Numbers, *, with_scale: bool) -> None:
@@ -150,6 +156,7 @@ def number_inputs(recording: Recording, fit: Fit, numbers: mass.Numbers, *, with
 def sensitivity(recording: Recording, weighed: Weighed, numbers: mass.Numbers) -> None:
     """The mass as each number changes."""
     if not weighed.curves_g:
+        st.caption("What a change of each number does to the mass is drawn here once there is a mass.")
         return
     linked_plot(
         sensitivity_figure(
@@ -168,14 +175,14 @@ def sensitivity(recording: Recording, weighed: Weighed, numbers: mass.Numbers) -
 def downloads(recording: Recording, weighed: Weighed, *, frame: int) -> None:
     """Buttons for the restored mask and the network's input as pictures."""
     name = f"{recording.id}_{MASS_VIEW}_frame{frame}"
-    pictures = {
+    images: dict[str, tuple[str, NDArray[np.bool_] | NDArray[np.float32]]] = {
         "Restored mask as PNG": ("restored", weighed.restored.mask),
         "Network's input as PNG": ("input", weighed.network_input),
     }
-    for column, (label, (ending, image)) in zip(st.columns(2), pictures.items(), strict=True):
+    for column, (label, (ending, image)) in zip(st.columns(2), images.items(), strict=True):
         column.download_button(
             label,
-            lambda image=image: mask_png(image),
+            partial(mask_png, image),
             f"{name}_{ending}.png",
             icon=":material/download:",
             on_click="ignore",

@@ -16,7 +16,9 @@ def test_a_stretched_image_is_filled_by_the_crop():
     assert scale == pytest.approx(1)  # 2 down, 0.5 across
 
 
-@pytest.mark.parametrize(("shape", "rows", "columns"), [((56, 224), (42, 70), (0, 112)), ((224, 56), (0, 112), (42, 70))])
+@pytest.mark.parametrize(
+    ("shape", "rows", "columns"), [((56, 224), (42, 70), (0, 112)), ((224, 56), (0, 112), (42, 70))]
+)
 def test_a_letterboxed_image_keeps_proportions_and_is_padded(shape, rows, columns):
     image, scale = square_image(np.ones(shape, bool), resize="letterbox")
     expected = np.zeros((112, 112))

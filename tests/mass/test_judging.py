@@ -63,7 +63,12 @@ def test_masses_are_judged_and_failures_said(tmp_path):
 
 def test_mass_table_by_hand():
     judged = pd.DataFrame(
-        [("a", "10", 10.0, 15.0, ""), ("b", "10", 10.0, np.nan, "x"), ("c", "2", 2.0, 2.0, ""), ("d", "2", 2.0, 6.0, "")],
+        [
+            ("a", "10", 10.0, 15.0, ""),
+            ("b", "10", 10.0, np.nan, "x"),
+            ("c", "2", 2.0, 2.0, ""),
+            ("d", "2", 2.0, 6.0, ""),
+        ],
         columns=["recording_id", "container", "true_g", "mass_g", "reason"],
     )
     table = mass_table(judged)

@@ -63,7 +63,9 @@ def test_a_network_with_scale_needs_it(tmp_path, mask):
     assert (found.ok, found.mass_g, found.reason) == (False, None, "mm_per_px is missing")
 
 
-@pytest.mark.parametrize(("value", "reason"), [(None, "height_mm is missing"), (-4.0, "height_mm must be positive, got -4")])
+@pytest.mark.parametrize(
+    ("value", "reason"), [(None, "height_mm is missing"), (-4.0, "height_mm must be positive, got -4")]
+)
 def test_missing_or_negative_dimensions_are_a_failed_record(weights, mask, value, reason):
     found = MassPredictor(weights).predict(mask, **{**SIZES, "height_mm": value})
     assert (found.ok, found.mass_g, found.reason) == (False, None, reason)
@@ -81,14 +83,14 @@ def test_what_is_no_mask_is_an_error(weights):
         MassPredictor(weights).predict(np.zeros((30, 40)), **SIZES)
 
 
-def test_a_prediction_has_a_mass_or_a_reason(mask):
+def test_a_prediction_has_a_mass_or_a_reason():
     with pytest.raises(ArgumentError, match="either a mass or a reason"):
         MassPrediction(None, "", None, None)
     with pytest.raises(ArgumentError, match="either a mass or a reason"):
         MassPrediction(3.0, "the mask is empty", None, None)
 
 
-def test_weights_survive_the_file_in_half_precision(weights, tmp_path):
+def test_weights_survive_the_file_in_half_precision(weights):
     first, second = made_model(), read_mass(weights)
     assert second.config == CONFIG
     assert not second.training

@@ -151,6 +151,16 @@ def test_a_mask_of_one_row_or_column_is_a_failed_record(rows, columns, kind, axi
     np.testing.assert_array_equal(found.mask, mask)
 
 
+@pytest.mark.parametrize("axis", ["base", "whole"])
+@pytest.mark.parametrize("shape", [(2, 2), (2, 9), (9, 2), (3, 3)])
+def test_a_mask_of_a_few_pixels_is_restored_as_it_is(shape, axis):
+    mask = np.zeros((40, 50), bool)
+    mask[9 : 9 + shape[0], 5 : 5 + shape[1]] = True
+    found = restore_mask(mask, axis=axis)
+    assert found.ok
+    assert not found.added.any()
+
+
 def test_a_mask_that_ends_below_in_a_point_has_no_base():
     mask = np.zeros((100, 100), bool)
     for row in range(10, 81):

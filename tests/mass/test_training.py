@@ -94,7 +94,8 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "change", [{"epochs": 0}, {"patience": 0}, {"batch": 1}, {"validation": 0}, {"validation": 1}, {"rate": 0}, {"seed": -1}]
+    "change",
+    [{"epochs": 0}, {"patience": 0}, {"batch": 1}, {"validation": 0}, {"validation": 1}, {"rate": 0}, {"seed": -1}],
 )
 def test_settings_out_of_their_range_are_an_error(change):
     with pytest.raises(ArgumentError):

@@ -7,7 +7,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from corsmal.errors import ArgumentError
-from corsmal.ui.linked_plot import Click, PlotEvent, Shape, Slider, plotly_route
+from corsmal.ui.linked_plot import Click, PlotEvent, Shape, Slider, Span, plotly_route
 from corsmal.ui.linked_plot.assets import PLOTLY_URL
 from corsmal.ui.linked_plot.events import PRESSES_MAX, parse_event
 
@@ -34,6 +34,17 @@ for arguments in ({"sliders": [slider, slider]}, {"height_px": 0}):
         linked_plot(go.Figure(), key="plot", label="Plot", **arguments)
     except ValueError as error:
         st.error(str(error))
+"""
+
+SPAN = """
+import plotly.graph_objects as go
+import streamlit as st
+from corsmal.ui.linked_plot import Slider, Span, linked_plot
+
+slider = Slider("c", "C", min=0, max=9, step=1, value=1)
+span = Span(names=("a", "b"), labels=("A", "B"), min=0, max=9, step=1, values=(3, 4))
+event = linked_plot(go.Figure(), key="plot", label="Plot", sliders=[slider], span=span)
+st.session_state["values"] = event.values
 """
 
 
@@ -116,6 +127,32 @@ def test_parse_refuses_what_it_cannot_read(report: dict[str, Any]) -> None:
 def test_slider_refuses(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         Slider(**({"name": "a", "label": "A", "min": 0, "max": 9, "step": 1, "value": 3} | change))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"values": (5, 4)}, "must rise within 0..9"),
+        ({"values": (-1, 4)}, "must rise within 0..9"),
+        ({"values": (3, 9.5)}, "must rise within 0..9"),
+        ({"values": (3, float("inf"))}, "finite"),
+        ({"step": 0}, "step be positive"),
+        ({"gap": -1}, "gap not negative"),
+    ],
+)
+def test_span_refuses(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        Span(**({"names": ("a", "b"), "labels": ("A", "B"), "min": 0, "max": 9, "step": 1, "values": (3, 4)} | change))
+
+
+def test_ends_of_a_span_are_values_like_those_of_range_inputs() -> None:
+    test = AppTest.from_string(SPAN, default_timeout=30).run()
+    assert test.session_state["values"] == {"c": 1, "a": 3, "b": 4}
+    test.session_state["plot"] = {"report": {"sequence": 1, "values": {"b": 7}, "settled": False}}
+    test.run()
+    assert test.session_state["values"] == {"c": 1, "a": 3, "b": 7}
+    sent = json.loads(test.get("bidi_component")[0].proto.json)["span"]
+    assert (sent["names"], sent["values"], sent["domain"]) == (["a", "b"], [3, 4], [0, 1])
 
 
 def test_names_and_height_are_checked() -> None:

@@ -13,6 +13,8 @@ CHOICES = [
     Choice(
         "1", None, None, replace(ShapeParameters.lode(), points=31, height_range=HeightRange("centroid", -150, 150))
     ),
+    Choice("000618", None, 7, crop_s=(1.2, 7.45), channel=0),
+    Choice("000618", crop_s=(0.0, 0.25), channel=7),
     Choice(
         "1", None, None, ShapeParameters(fit_rule="all", width_rule="widest", radius_min_mm=0.5, radius_max_mm=99.5)
     ),
@@ -27,6 +29,7 @@ def test_an_address_opens_what_it_was_written_for(choice):
 def test_defaults_stay_out_of_the_address():
     assert to_params(Choice("000618")) == {"recording": "000618"}
     assert to_params(Choice("1", shape=ShapeParameters.lode())) == {"recording": "1", "preset": "lode"}
+    assert to_params(Choice("1", crop_s=(1.2, 7.45), channel=2)) == {"recording": "1", "crop": "1.20-7.45", "ch": "3"}
     assert to_params(Choice("1", shape=ShapeParameters(circumferences=146))) == {"recording": "1", "L": "146"}
 
 
@@ -48,6 +51,14 @@ def test_defaults_stay_out_of_the_address():
         ({"z": "moon:-1:1"}, "masks"),
         ({"z": "world:10:-10"}, "low_mm"),
         ({"z": "world:-1e9:1e9"}, "2000"),
+        ({"crop": "1.2"}, "finite"),
+        ({"crop": "2-1"}, "START-END"),
+        ({"crop": "-1-2"}, "finite"),
+        ({"crop": "0-inf"}, "finite"),
+        ({"crop": "1.001-1.002"}, "START-END"),
+        ({"ch": "0"}, "1 to 8"),
+        ({"ch": "9"}, "1 to 8"),
+        ({"ch": "mean"}, "whole"),
         ({"colour": "red"}, "colour"),
     ],
 )

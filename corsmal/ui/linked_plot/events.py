@@ -1,7 +1,7 @@
 """What goes into a linked plot and what comes out of it: range inputs, spans, clicks, keys, shapes."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -52,7 +52,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of the x-axis between two handles that the user drags; what lies outside is faded.
+    """A stretch of the x-axis between two handles that the user drags; what lies outside can be faded.
 
     Args:
         names: the keys of its ends in ``PlotEvent.values``.
@@ -64,6 +64,7 @@ class Span:
         gap: the ends come no nearer to each other.
         unit: written after the numbers.
         domain: the part of the plot's height that the handles cover, from below, in 0..1.
+        faded: the parts of it that are faded outside, likewise.
     """
 
     names: tuple[str, str]
@@ -75,6 +76,7 @@ class Span:
     gap: float = 0.0
     unit: str = ""
     domain: tuple[float, float] = (0.0, 1.0)
+    faded: Sequence[tuple[float, float]] = ((0.0, 1.0),)
 
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, (self.min, self.max, self.step, self.gap, *self.values))):
@@ -131,10 +133,11 @@ class PlotEvent:
     Args:
         click: the point that was clicked, only in the run that the click caused.
         key: the key that was pressed and how often, likewise.
-        values: values of range inputs and ends of the span by name: from ``plot_event`` those that the user moved, likewise; from
-            ``linked_plot`` all of them.
+        values: values of range inputs and ends of the span by name: from ``plot_event`` those that the user moved,
+            likewise; from ``linked_plot`` all of them.
         shapes: all shapes of the figure when the user moved one, likewise.
-        settled: False while a range input or a handle is being dragged or a key is held: more is coming, keep slow work for later.
+        settled: False while a range input or a handle is being dragged or a key is held: more is coming, keep slow
+            work for later.
     """
 
     click: Click | None = None

@@ -43,7 +43,7 @@ class LinkedPlot {
     this.root = element("div", "linked-plot", parent, { role: "group" });
     this.figure = element("div", "linked-plot-figure", this.root);
     this.bar = element("div", "linked-plot-sliders", this.root);
-    this.span = new SpanHandles(this);
+    this.span = null; // the handles, once a figure has some
     this.sliders = new Map();
     this.sequence = 0; // of the last report sent
     this.waiting = false; // for its answer
@@ -102,7 +102,7 @@ class LinkedPlot {
       await Plotly.react(this.figure, traces, layout, config);
       if (!this.ready) this.listen();
       Object.assign(this, { ready: true, drawn, revision: data.revision });
-      this.span.place();
+      this.span?.place();
     } catch (error) {
       Object.assign(this, { ready: false, drawn: "" });
       this.figure.replaceChildren();
@@ -164,7 +164,7 @@ class LinkedPlot {
 
   listen() {
     this.figure.on("plotly_click", (event) => this.report({ click: clickOf(event.points[0]) }));
-    this.figure.on("plotly_afterplot", () => this.span.place());
+    this.figure.on("plotly_afterplot", () => this.span?.place());
     this.figure.on("plotly_relayout", (change) => {
       if (!Object.keys(change).some((key) => key.startsWith("shapes["))) return;
       this.report({ shapes: this.figure.layout.shapes.map(({ name, x0, x1, y0, y1 }) => ({ name, x0, x1, y0, y1 })) });
@@ -205,7 +205,8 @@ class LinkedPlot {
       this.updateMarks(view, slider);
       if (settled && !view.held) this.show(view, slider.value, slider.unit);
     }
-    this.span.update(this.data.span, settled);
+    if (this.data.span) this.span ??= new SpanHandles(this);
+    this.span?.update(this.data.span, settled);
   }
 
   updateMarks(view, slider) {

@@ -4,7 +4,7 @@ class SpanHandles {
   constructor(plot) {
     this.plot = plot;
     this.root = element("div", "linked-plot-span", plot.root);
-    this.shades = [0, 1].map(() => element("div", "linked-plot-shade", this.root));
+    this.shades = element("div", "", this.root);
     this.bar = element("div", "linked-plot-span-bar", this.root, { title: "Drag to move the whole stretch" });
     this.handles = [0, 1].map((side) => this.makeHandle(side));
     this.makeDraggable(this.bar, [0, 1]);
@@ -23,7 +23,7 @@ class SpanHandles {
       const change = moves[event.key] ?? ends[event.key];
       if (change === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
-      this.move([side], this.values, change, false);
+      this.move([side], this.values, change);
       this.pressed = true;
     };
     node.onkeyup = node.onblur = () => {
@@ -46,7 +46,7 @@ class SpanHandles {
     node.onpointermove = (event) => {
       if (!from) return;
       const { xaxis } = this.plot.figure._fullLayout;
-      this.move(sides, from.values, xaxis.p2d(event.clientX - from.x) - xaxis.p2d(0), false);
+      this.move(sides, from.values, xaxis.p2d(event.clientX - from.x) - xaxis.p2d(0));
     };
     node.onpointerup = node.onpointercancel = () => {
       if (!from) return;
@@ -56,7 +56,7 @@ class SpanHandles {
     };
   }
 
-  move(sides, from, change, settled) {
+  move(sides, from, change) {
     const { min, max, step, gap, names } = this.span;
     const low = sides[0] === 1 ? from[0] + gap - from[1] : min - from[0];
     const high = sides.at(-1) === 0 ? from[1] - gap - from[0] : max - from[1];
@@ -66,7 +66,7 @@ class SpanHandles {
     this.values = values;
     this.place();
     const changed = Object.fromEntries(sides.map((side) => [names[side], values[side]]));
-    this.plot.report({ values: { ...this.plot.pending?.values, ...changed }, settled });
+    this.plot.report({ values: { ...this.plot.pending?.values, ...changed }, settled: false });
   }
 
   update(span, settled) {
@@ -91,14 +91,18 @@ class SpanHandles {
       top: `${size.t + (1 - top) * size.h}px`,
       height: `${(top - bottom) * size.h}px`,
     });
-    Object.assign(this.shades[0].style, { left: 0, width: `${start}px` });
-    Object.assign(this.shades[1].style, { left: `${end}px`, width: `${right - end}px` });
+    this.shades.replaceChildren();
+    for (const [low, high] of this.span.faded) {
+      for (const [from, width] of [[0, start], [end, right - end]]) {
+        const shade = element("div", "linked-plot-shade", this.shades);
+        shade.style.cssText = `left: ${from}px; width: ${width}px; top: ${(top - high) * size.h}px; height: ${(high - low) * size.h}px`;
+      }
+    }
     Object.assign(this.bar.style, { left: `${start}px`, width: `${end - start}px` });
     this.handles.forEach((node, side) => {
       const { min, max, labels, unit } = this.span;
       const value = this.values[side];
-      const visible = value >= xaxis.range[0] && value <= xaxis.range[1];
-      node.hidden = !visible;
+      node.hidden = Math.abs(xaxis.d2p(value) - inside(value)) > 1;
       node.style.left = `${[start, end][side]}px`;
       node.label.textContent = `${value.toFixed(2)} ${unit}`;
       node.setAttribute("aria-label", labels[side]);

@@ -1,0 +1,166 @@
+"""Figures of an evaluation: how errors spread over containers, and how two runs differ."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+
+from corsmal.figures.style import BEST, HULL, INSIDE, OUTSIDE, TRUTH, Part, axis, plain_layout
+
+VERDICT_COLOURS = {"better": INSIDE, "worse": OUTSIDE, "not told apart": TRUTH}
+POINT_JITTER = 0.32
+"""How far points are moved apart, of the distance between two rows."""
+
+BOX_MIN = 5
+"""Of fewer recordings a box says nothing that the points do not."""
+
+
+def spread_figure(
+    bars: pd.DataFrame, points: pd.DataFrame | None, *, metric: str, unit: str, seed: int = 0
+) -> go.Figure:
+    """One metric by container: how bad each is, and how its recordings' errors spread.
+
+    Args:
+        bars: a row per container, from the worst to the best: ``container``, ``value`` (%), ``paper`` (%, NaN where
+            the paper has no such container) and ``recordings``.
+        points: a row per recording with ``container``, ``error`` (with its sign, %) and ``failed``, indexed by
+            recording id; None where the metric has no errors of single recordings.
+        metric: its name for people.
+        unit: of ``error``, for people.
+        seed: of the points' places across their row.
+
+    Returns:
+        Trace 0 holds a bar per container, whose ``customdata`` is the container's name; the points' ``customdata`` are
+        recording ids.
+    """
+    names = list(bars["container"])
+    rows = {name: len(names) - 1 - place for place, name in enumerate(names)}
+    heights = [rows[name] for name in names]
+    traces: list[Part] = [
+        {
+            "type": "bar",
+            "orientation": "h",
+            "name": "this run",
+            "x": bars["value"].to_numpy(),
+            "y": heights,
+            "customdata": names,
+            "text": [f"{value:.1f}" if np.isfinite(value) else "no number" for value in bars["value"]],
+            "textposition": "auto",
+            "marker": {"color": HULL},
+            "hovertemplate": "%{customdata}: %{x:.1f} %<extra></extra>",
+        }
+    ]
+    if bars["paper"].notna().any():
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": "paper, real recordings",
+                "x": bars["paper"].to_numpy(),
+                "y": heights,
+                "marker": {"symbol": "diamond", "size": 11, "color": BEST, "line": {"color": "#FFFFFF", "width": 1}},
+                "hovertemplate": "paper: %{x:.1f} %<extra></extra>",
+            }
+        )
+    ticks = {"tickvals": heights, "ticktext": names, "range": [-0.6, len(names) - 0.4], "zeroline": False}
+    layout = plain_layout(
+        barmode="overlay",
+        xaxis=axis(f"{metric} (%)", rangemode="tozero", domain=[0, 0.42] if points is not None else [0, 1]),
+        yaxis={"automargin": True, **ticks},
+        hovermode="closest",
+    )
+    if points is not None:
+        traces += _strips(points, rows, unit=unit, seed=seed)
+        layout["xaxis2"] = axis(f"error of each recording ({unit})", domain=[0.47, 1], anchor="y2", zeroline=True)
+        layout["yaxis2"] = {**ticks, "anchor": "x2", "showticklabels": False}
+    return go.Figure(traces, layout)
+
+
+def _strips(points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, seed: int) -> list[Part]:
+    """A box per container over its recordings, and a point per recording."""
+    known = points[points["error"].notna() & points["container"].isin(rows)]
+    places = known["container"].map(rows).to_numpy(dtype=np.float64)
+    is_many = (known.groupby("container")["error"].transform("size") >= BOX_MIN).to_numpy()
+    jitter = np.random.default_rng(seed).uniform(-POINT_JITTER, POINT_JITTER, len(known)) * is_many
+    on = {"xaxis": "x2", "yaxis": "y2"}
+    box: Part = {
+        "type": "box",
+        "orientation": "h",
+        "x": known["error"].to_numpy()[is_many],
+        "y": places[is_many],
+        "boxpoints": False,
+        "showlegend": False,
+        "hoverinfo": "skip",
+        "line": {"color": TRUTH, "width": 1},
+        "fillcolor": "rgba(138,143,152,0.12)",
+        **on,
+    }
+    traces = [box]
+    for failed, name, colour in ((False, "measured", HULL), (True, "failed: training mean", OUTSIDE)):
+        own = (known["failed"] == failed).to_numpy()
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": name,
+                "x": known["error"].to_numpy()[own],
+                "y": (places + jitter)[own],
+                "customdata": list(known.index[own]),
+                "marker": {"size": 7, "color": colour, "opacity": 0.75},
+                "showlegend": bool(own.any()),
+                "hovertemplate": f"%{{customdata}}: %{{x:+.1f}} {unit}<extra></extra>",
+                **on,
+            }
+        )
+    return traces
+
+
+def comparison_figure(rows: pd.DataFrame, *, label: str) -> go.Figure:
+    """Differences of two runs with their intervals, one line each.
+
+    Args:
+        rows: ``label``'s column, ``difference``, ``low``, ``high`` (percentage points; the ends NaN without a spread)
+            and ``verdict``.
+        label: the column that names the lines.
+
+    Returns:
+        A point with its interval per row, in order from above; a point's ``customdata`` is its label.
+    """
+    names = [str(name) for name in rows[label]]
+    places = np.arange(len(names))[::-1]
+    traces: list[Part] = []
+    for verdict, colour in VERDICT_COLOURS.items():
+        own = (rows["verdict"] == verdict).to_numpy()
+        part = rows[own]
+        middle = part["difference"].to_numpy()
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": f"second run {verdict}" if verdict in ("better", "worse") else verdict,
+                "x": middle,
+                "y": places[own],
+                "customdata": [name for name, is_own in zip(names, own, strict=True) if is_own],
+                "error_x": {
+                    "type": "data",
+                    "symmetric": False,
+                    "array": (part["high"].to_numpy() - middle),
+                    "arrayminus": (middle - part["low"].to_numpy()),
+                    "thickness": 2,
+                    "color": colour,
+                },
+                "marker": {"size": 11, "color": colour},
+                "showlegend": bool(own.any()),
+                "hovertemplate": "%{customdata}: %{x:+.1f} points<extra></extra>",
+            }
+        )
+    ticks = {"tickvals": places, "ticktext": names, "range": [-0.7, len(names) - 0.3], "zeroline": False}
+    return go.Figure(
+        traces,
+        plain_layout(
+            xaxis=axis("second run − first run (percentage points)", zeroline=True, zerolinewidth=2),
+            yaxis={"automargin": True, **ticks},
+            hovermode="closest",
+        ),
+    )

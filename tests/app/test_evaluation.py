@@ -1,0 +1,282 @@
+"""The Evaluation page: run, judge, click through to the recording."""
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+import corsmal.filling.features  # noqa: F401 - loads PyTorch, before a test's clock runs
+from corsmal.batch import Predictors
+from corsmal.batch.runs import Run, list_runs, record_run
+from corsmal.dataset import Dataset, open_dataset
+from corsmal.estimation import training_means
+from corsmal.evaluation import METRICS, container_table, error_table, estimates_table
+from corsmal.parameters import ShapeParameters
+from corsmal.ui import data, evaluation
+from tests.app.driver import Visitor
+from tests.fakes import FakeFilling, FakeMass
+
+PAGE = "pages/evaluation.py"
+
+
+@pytest.fixture(autouse=True)
+def fake_networks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evaluation, "make_predictors", predictors)
+
+
+@pytest.fixture
+def dataset(tiny_dataset_root: Path) -> Dataset:
+    return open_dataset(tiny_dataset_root)
+
+
+@pytest.fixture
+def run(dataset: Dataset) -> Run:
+    return recorded(dataset, "first")
+
+
+def predictors(dataset: Dataset, shape: ShapeParameters) -> Predictors:
+    return Predictors(shape, training_means(dataset.table), FakeFilling(2, 1), FakeMass(20.0))
+
+
+def recorded(dataset: Dataset, name: str, shape: ShapeParameters | None = None) -> Run:
+    made = predictors(dataset, shape or ShapeParameters.paper())
+    return record_run(name, dataset, dataset.ids, made, store=data.store())
+
+
+def opened(root: object, section: str | None = None) -> Visitor:
+    visitor = Visitor(root)
+    visitor.test.switch_page(PAGE).run()
+    if section is not None:
+        visitor.choose("section_control", section)
+    return visitor
+
+
+def no_job(_visitor: Visitor) -> bool:
+    return not any(job.active for job in data.jobs()._jobs.values())
+
+
+def table(visitor: Visitor, number: int = 0) -> pd.DataFrame:
+    return visitor.test.dataframe[number].value
+
+
+def select(visitor: Visitor, number: int, *, cell: tuple[int, str] | None = None, row: int | None = None) -> None:
+    """Click a cell or a row of a table."""
+    key = visitor.test.dataframe[number].proto.id.split("-", 2)[2]
+    chosen: dict[str, Any] = {"rows": [] if row is None else [row], "columns": [], "cells": [cell] if cell else []}
+    visitor.test.session_state[key] = {"selection": chosen}
+    visitor.test.run()
+
+
+def title(visitor: Visitor) -> str:
+    return visitor.test.title[0].value
+
+
+def test_without_a_run_the_page_says_what_one_is_and_makes_it(dataset: Dataset) -> None:
+    visitor = opened(dataset.root)
+    assert "There is no run on this dataset yet" in visitor.sentences
+    assert visitor.test.text_input(key="run_name paper 0").value == "paper"
+    visitor.press("Run")
+    visitor.wait_for(no_job)
+    visitor.test.run()
+    [kept] = list_runs(store=data.store(), dataset=dataset.root)
+    assert (kept.name, kept.is_complete, kept.shape) == ("paper", True, ShapeParameters.paper())
+    assert len(table(visitor)) == 3 + 1
+    assert "preset `paper` (L 145, d_max 1 mm)" in visitor.sentences
+    assert visitor.crashes == visitor.errors == []
+
+
+def test_table_2_is_the_librarys(run: Run, dataset: Dataset) -> None:
+    visitor = opened(dataset.root)
+    shown = table(visitor)
+    expected = container_table(error_table(estimates_table(run.rows), dataset.table))
+    assert list(shown["container"]) == list(expected["container"])
+    for metric in METRICS:
+        pd.testing.assert_series_equal(shown[metric], expected[metric], check_names=False)
+    assert list(shown["failed"]) == list(expected["failures"])
+    assert "not like with like" in visitor.sentences
+
+
+@pytest.mark.usefixtures("run")
+@pytest.mark.parametrize(
+    ("column", "page"),
+    [("capacity_mape", "Shape"), ("difference height_mape", "Shape"), ("mass_mape", "Mass"), ("failed", "Frames")],
+)
+def test_a_click_on_a_number_lists_its_recordings_and_a_click_there_opens_one(
+    dataset: Dataset, column: str, page: str
+) -> None:
+    visitor = opened(dataset.root)
+    row = 1  # of the small white cup, which has no detections and so gets the mean
+    assert table(visitor)["container"].iloc[row] == "small white cup"
+    select(visitor, 0, cell=(row, column))
+    assert visitor.test.subheader[0].value.endswith("small white cup: 1 recording")
+    assert list(table(visitor, 1).index) == ["000002"]
+    select(visitor, 1, row=0)
+    assert visitor.crashes == []
+    assert title(visitor) == page
+    assert visitor.address["recording"] == "000002"
+
+
+def test_the_recording_opens_with_the_runs_parameters_pair_and_frame(dataset: Dataset) -> None:
+    run = recorded(dataset, "own", ShapeParameters(circumferences=90))
+    visitor = opened(dataset.root)
+    select(visitor, 0, cell=(0, "capacity_mape"))
+    select(visitor, 1, row=0)
+    frame, pair = run.rows[0]["best_frame"], run.rows[0]["pair"].replace(" + ", "-")
+    assert visitor.address == {"recording": "000000", "L": "90", "frame": str(frame), "pair": pair}
+    assert visitor.metrics["Capacity"] == f"{run.rows[0]['capacity_ml']:.0f} mL"
+
+
+@pytest.mark.usefixtures("run")
+def test_a_bar_lists_its_recordings_and_a_point_opens_its_own(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Errors")
+    visitor.report("spread", click={"curve": 0, "x": 3, "y": 1, "customdata": "green glass"})
+    assert visitor.test.subheader[0].value == "Capacity, green glass: 1 recording"
+    visitor.report("spread", click={"curve": 2, "x": 3, "y": 1, "customdata": "000001"})
+    assert title(visitor) == "Shape"
+    assert visitor.address["recording"] == "000001"
+
+
+@pytest.mark.usefixtures("run")
+def test_a_click_on_what_is_not_there_changes_nothing(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Errors")
+    visitor.report("spread", click={"curve": 0, "x": 3, "y": 1, "customdata": "no such cup"})
+    assert visitor.crashes == []
+    visitor.choose("section_control", "Confusion")
+    visitor.report("confusion", click={"curve": 9, "x": "rice", "y": "water"})
+    visitor.report("confusion", click={"curve": 0, "x": "beer", "y": 3})
+    assert visitor.crashes == visitor.errors == []
+
+
+@pytest.mark.usefixtures("run")
+def test_a_cell_of_a_confusion_matrix_lists_its_recordings(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Confusion")
+    visitor.report("confusion", click={"curve": 1, "x": "rice", "y": "rice"})
+    assert visitor.test.subheader[0].value == "glass, rice taken for rice: 0 recordings"  # it has no sound
+    visitor.report("confusion", click={"curve": 1, "x": "no estimate", "y": "rice"})
+    assert list(table(visitor).index) == ["000001"]
+    select(visitor, 0, row=0)
+    assert title(visitor) == "Filling"
+
+
+@pytest.mark.usefixtures("run")
+def test_leaderboard_has_our_row_and_says_that_it_is_not_like_with_like(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Leaderboard")
+    teams = list(table(visitor)["team"])
+    assert "▶ first (this run)" in teams
+    assert "KEIO-ICS" in teams
+    assert "Not like with like" in visitor.warnings[0]
+    visitor.test.selectbox(key="score_split").set_value("private").run()
+    visitor.choose("leaderboard_split", "private")
+    assert visitor.warnings == []
+
+
+@pytest.mark.usefixtures("run")
+def test_recordings_are_filtered_and_a_number_opens_its_own_stage(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Recordings")
+    assert list(table(visitor).index) == list(dataset.ids)
+    visitor.test.toggle(key="rows_failed").set_value(True).run()
+    assert list(table(visitor).index) == ["000001", "000002"]
+    visitor.test.multiselect(key="rows_container").set_value(["green glass"]).run()
+    select(visitor, 0, cell=(0, "Mass"))
+    assert (title(visitor), visitor.address["recording"]) == ("Mass", "000001")
+
+
+@pytest.mark.usefixtures("run")
+def test_two_runs_are_compared(dataset: Dataset) -> None:
+    assert "There is one run" in opened(dataset.root, "Compare").sentences
+    recorded(dataset, "other", ShapeParameters.lode())
+    visitor = opened(dataset.root, "Compare")
+    points = [trace for trace in visitor.plots["comparison"]["figure"]["data"] if len(trace["x"])]
+    assert {name for trace in points for name in trace["customdata"]} >= {"Capacity", "Height"}
+    visitor.report("comparison", click={"curve": 0, "x": 1, "y": 1, "customdata": "Height"})
+    assert any("**Height** by container" in text.value for text in visitor.test.markdown)
+    assert visitor.test.subheader[0].value.startswith("Changed sides")
+    assert visitor.crashes == []
+
+
+@pytest.mark.usefixtures("run")
+def test_blame_replaces_what_the_annotation_knows(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Blame")
+    assert "known of the demo alone" in visitor.sentences
+    visitor.press("Find the stage to blame")
+    visitor.wait_for(no_job)
+    visitor.test.run()
+    shown = table(visitor)
+    assert list(dict.fromkeys(shown["stage"])) == ["dimensions", "filling"]
+    average = shown[(shown["container"] == "Average") & (shown["stage"] == "dimensions")].iloc[0]
+    assert average["capacity_mape"] == 0
+    assert average["capacity_mape_removed"] == 100
+    assert visitor.crashes == visitor.errors == []
+
+
+def test_blame_refuses_a_run_of_other_networks(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    recorded(dataset, "first")
+    monkeypatch.setattr(evaluation, "make_predictors", lambda _dataset, shape: Predictors(shape))
+    visitor = opened(dataset.root, "Blame")
+    visitor.press("Find the stage to blame")
+    visitor.wait_for(no_job)
+    visitor.test.run()
+    assert "make a new run" in visitor.errors[0]
+
+
+@pytest.mark.usefixtures("run")
+def test_a_cell_of_the_sweep_takes_its_setting_to_the_shape_page(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Sweep")
+    visitor.test.multiselect(key="sweep_circumferences").set_value([40, 70]).run()
+    visitor.test.multiselect(key="sweep_max_differences").set_value([0.5, 1.0]).run()
+    visitor.press("Sweep 4 settings over 2 recordings")
+    visitor.wait_for(no_job)
+    visitor.test.run()
+    cells = visitor.plots["sweep"]["figure"]["data"][0]
+    assert cells["customdata"][1][0] == [40, 1.0, 0, 2]
+    visitor.report("sweep", click={"curve": 0, "x": 0, "y": 1, "customdata": [40, 0.5, 0, 2]})
+    assert title(visitor) == "Shape"
+    assert (visitor.address["L"], visitor.address["dmax"]) == ("40", "0.5")
+
+
+def test_a_stopped_run_can_go_on(dataset: Dataset) -> None:
+    made = predictors(dataset, ShapeParameters.paper())
+    asked = iter([False, True])
+    record_run("half", dataset, dataset.ids, made, store=data.store(), cancelled=lambda: next(asked))
+    visitor = opened(dataset.root)
+    assert visitor.warnings == ["This run was stopped: 1 of 3 recordings are estimated."]
+    visitor.press("Go on")
+    visitor.wait_for(no_job)
+    visitor.test.run()
+    assert visitor.warnings == []
+    assert list_runs(store=data.store())[0].is_complete
+
+
+@pytest.mark.usefixtures("run")
+def test_a_taken_name_is_said(dataset: Dataset) -> None:
+    visitor = opened(dataset.root)
+    visitor.choose("run_preset", "lode")
+    visitor.test.text_input(key="run_name lode 1").set_value("first").run()
+    visitor.press("Run")
+    visitor.wait_for(no_job)
+    visitor.test.run()
+    assert "'first' is taken by a run with other settings" in visitor.errors[0]
+
+
+@pytest.mark.usefixtures("run")
+def test_a_deleted_run_leaves_the_page_as_it_began(dataset: Dataset) -> None:
+    visitor = opened(dataset.root)
+    visitor.press("Delete")
+    assert "There is no run on this dataset yet" in visitor.sentences
+    assert list_runs(store=data.store()) == []
+
+
+def test_without_annotation_the_estimates_are_still_shown(root: Path) -> None:
+    next(root.glob("*annotation*")).unlink()
+    recorded(open_dataset(root), "first")
+    visitor = opened(root)
+    assert "There is no annotation with a truth here" in visitor.sentences
+    assert list(table(visitor).index) == ["000000"]
+    assert visitor.crashes == visitor.errors == []
+
+
+def test_missing_weights_are_said(dataset: Dataset, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for name in ("FILLING", "MASS"):
+        monkeypatch.setenv(f"CORSMAL_{name}_WEIGHTS", str(tmp_path / "none.safetensors"))
+    assert opened(dataset.root).sentences.count("its weights are not in") == 2

@@ -1,0 +1,308 @@
+"""The Filling page: what the network says follows the crop; sound or weights that lack or are broken are a sentence."""
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import soundfile
+import torch
+
+from corsmal.dataset import open_dataset
+from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, FillingPredictor, save_filling
+from corsmal.filling.features import recording_features
+from corsmal.ui import filling, sound
+from corsmal.ui.media import GAIN
+from tests.app import driver
+from tests.app.driver import Visitor
+from tests.tiny import SAMPLE_RATE_HZ, write_audio
+
+NAME = "000000"
+HEADS = ("type", "level")
+ROW_S = 1024 / SAMPLE_RATE_HZ
+SMALL: dict[str, int] = {"heads": 2, "blocks": 1, "hidden": 16, "head_hidden": 8}
+
+
+def write_weights(path: Path, **changes: int) -> Path:
+    """A network that has learnt nothing, but whose answers differ from crop to crop."""
+    torch.manual_seed(2)
+    save_filling(path, [FillingModel(FillingConfig(**(SMALL | changes))).eval()])
+    return path
+
+
+@pytest.fixture(scope="module")
+def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_weights(tmp_path_factory.mktemp("filling") / "filling.safetensors")
+
+
+@pytest.fixture(autouse=True)
+def page(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(driver.PAGES, "filling", "pages/filling.py")
+    monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(weights))
+
+
+@pytest.fixture
+def wav(root: Path) -> Path:
+    return root / "audio" / f"{NAME}.wav"
+
+
+@pytest.fixture
+def noisy(root: Path, wav: Path) -> Path:
+    """A dataset with three seconds of noise."""
+    write_audio(wav, seconds=3)
+    return root
+
+
+@pytest.fixture
+def visitor(noisy: Path) -> Visitor:
+    return Visitor(noisy).open("filling")
+
+
+def by_hand(root: Path, weights: Path, rows: tuple[int, int] | None = None) -> FillingPrediction:
+    """What a program without the app would be told."""
+    features = recording_features(open_dataset(root)[NAME])
+    return FillingPredictor(weights).predict(features.values, crop=rows)
+
+
+def assert_answers(visitor: Visitor, expected: FillingPrediction) -> None:
+    assert visitor.crashes == visitor.errors == []
+    for head in HEADS:
+        bars = visitor.plots[f"answer_{head}"]["figure"]["data"][0]
+        np.testing.assert_allclose(bars["x"], 100 * getattr(expected, f"{head}_probabilities"), rtol=1e-4)
+
+
+def span_of(visitor: Visitor) -> tuple[float, ...]:
+    return tuple(visitor.plots[filling.TIMELINE]["span"]["values"])
+
+
+def traces(visitor: Visitor, axis: str) -> list[dict[str, Any]]:
+    return [trace for trace in visitor.plots[filling.TIMELINE]["figure"]["data"] if trace.get("yaxis", "y") == axis]
+
+
+def test_page_opens_with_the_answer_to_the_whole_recording(visitor: Visitor, root: Path, weights: Path) -> None:
+    assert_answers(visitor, by_hand(root, weights))
+    assert span_of(visitor) == (0, 3)
+    assert visitor.count("audio") == 1
+    assert visitor.warnings == []
+    assert visitor.address == {"recording": NAME}
+
+
+def test_answer_stands_beside_the_truth(visitor: Visitor, root: Path, weights: Path) -> None:
+    prediction = by_hand(root, weights)
+    notes = {metric.label: metric.delta for metric in visitor.test.metric}
+    assert notes["Filling type"] == ("✓" if prediction.filling_type == 0 else "✗") + " annotated: none"
+    assert notes["Filling level"] == ("✓" if prediction.filling_level == 0 else "✗") + " annotated: empty"
+    for head, name in (("type", "none"), ("level", "empty")):
+        assert f"<b>◆ {name}</b>" in visitor.plots[f"answer_{head}"]["figure"]["layout"]["yaxis"]["ticktext"]
+
+
+def test_dragging_a_handle_asks_again_and_only_letting_go_writes_the_address(
+    visitor: Visitor, root: Path, weights: Path
+) -> None:
+    visitor.report(filling.TIMELINE, values={"crop_from": 1.0}, settled=False)
+    total = 1 + 3 * SAMPLE_RATE_HZ // 1024
+    assert_answers(visitor, by_hand(root, weights, (round(1 / ROW_S), total)))
+    assert "crop" not in visitor.address
+    visitor.report(filling.TIMELINE, values={"crop_to": 2.0}, settled=True)
+    assert_answers(visitor, by_hand(root, weights, (round(1 / ROW_S), round(2 / ROW_S) + 1)))
+    assert visitor.address["crop"] == "1.00-2.00"
+    assert span_of(visitor) == (1, 2)
+    (attention,) = traces(visitor, "y3")
+    assert (attention["x"][0], attention["x"][-1]) == pytest.approx((1, 2), abs=ROW_S / 2)
+
+
+def test_bars_of_a_crop_are_marked_with_the_whole_recording(visitor: Visitor, root: Path, weights: Path) -> None:
+    visitor.report(filling.TIMELINE, values={"crop_from": 1.0}, settled=True)
+    marks = visitor.plots["answer_type"]["figure"]["data"][-1]
+    probabilities = by_hand(root, weights).type_probabilities
+    assert probabilities is not None
+    np.testing.assert_allclose(marks["x"], 100 * probabilities, rtol=1e-4)
+
+
+def test_whole_recording_is_a_button_away(visitor: Visitor, root: Path, weights: Path) -> None:
+    visitor.report(filling.TIMELINE, values={"crop_from": 1.0, "crop_to": 1.5}, settled=True)
+    visitor.press("Whole recording")
+    assert_answers(visitor, by_hand(root, weights))
+    assert visitor.address == {"recording": NAME}
+
+
+@pytest.mark.parametrize(
+    ("dragged", "crop"),
+    [
+        ({"crop_from": -9.0, "crop_to": 2.0}, (0, 2)),
+        ({"crop_from": 1e12}, (2.75, 3)),
+        ({"crop_to": -3.0}, (0, 0.25)),
+        ({"crop_from": 2.0, "crop_to": 1.0}, (0.75, 1)),
+        ({"colour": 1.0}, (0, 3)),
+    ],
+)
+def test_ends_that_no_browser_sends_are_brought_within_the_recording(
+    visitor: Visitor, dragged: dict[str, float], crop: tuple[float, float]
+) -> None:
+    visitor.report(filling.TIMELINE, values=dragged, settled=True)
+    assert visitor.crashes == visitor.errors == []
+    assert span_of(visitor) == pytest.approx(crop)
+
+
+def test_address_holds_the_crop_and_the_microphone(noisy: Path, weights: Path) -> None:
+    other = Visitor(noisy, recording=NAME, crop="0.50-1.50", ch="3").open("filling")
+    assert_answers(other, by_hand(noisy, weights, (round(0.5 / ROW_S), round(1.5 / ROW_S) + 1)))
+    assert other.address == {"recording": NAME, "crop": "0.50-1.50", "ch": "3"}
+    assert "microphone 3" in str(other.plots[filling.TIMELINE]["figure"]["layout"]["annotations"])
+
+
+def test_crop_after_the_end_is_left_out_and_reported(noisy: Path) -> None:
+    other = Visitor(noisy, recording=NAME, crop="100-200").open("filling")
+    assert other.warnings == ["The crop from 100.00 to 200.00 s was left out: the recording ends at 3.00 s."]
+    assert span_of(other) == (0, 3)
+    assert other.address == {"recording": NAME}
+
+
+def test_microphone_is_drawn_and_leaves_the_answer(visitor: Visitor, root: Path, weights: Path) -> None:
+    visitor.choose("channel_control", 7)
+    assert visitor.address["ch"] == "8"
+    assert max(traces(visitor, "y")[1]["y"]) == pytest.approx(open_dataset(root)[NAME].audio().samples[7].max())
+    assert_answers(visitor, by_hand(root, weights))
+
+
+def test_click_chooses_the_frame_of_that_moment(visitor: Visitor) -> None:
+    click = {"x": 0.1, "y": 0.0, "curve": 0, "customdata": None, "point_index": 3}
+    visitor.report(filling.TIMELINE, click=click)
+    assert visitor.address["frame"] == "3"
+    assert "view3, frame 3, 0.10 s" in visitor.sentences
+    line = visitor.plots[filling.TIMELINE]["figure"]["layout"]["shapes"][-1]
+    assert line["x0"] == line["x1"] == pytest.approx(0.1)
+    visitor.report(filling.TIMELINE, click=click | {"x": 2.9})
+    assert visitor.address["frame"] == "5"
+
+
+def test_frame_after_the_end_is_left_out_and_reported(noisy: Path) -> None:
+    other = Visitor(noisy, recording=NAME, frame="6").open("filling")
+    assert other.crashes == []
+    (warning,) = other.warnings
+    assert "frames 0 to 5" in warning
+    assert other.address == {"recording": NAME}
+
+
+def test_windows_slide_across_the_recording(visitor: Visitor, root: Path, weights: Path) -> None:
+    windows = FillingPredictor(weights).predict_windows(
+        recording_features(open_dataset(root)[NAME]).values, window=43, hop=sound.HOP_MIN, steps_s=ROW_S
+    )
+    for axis, head in (("y4", "type"), ("y5", "level")):
+        areas = traces(visitor, axis)
+        shares = np.array([getattr(window, f"{head}_probabilities") for window in windows])
+        np.testing.assert_allclose(np.column_stack([area["y"] for area in areas]), 100 * shares, rtol=1e-4)
+        np.testing.assert_allclose(areas[0]["x"], [(start + 21) * ROW_S for start in range(0, 87, 4)], rtol=1e-4)
+    table = filling.windows_table(windows)
+    assert list(table.columns[:4]) == ["start_s", "end_s", "type", "level"]
+    read = pd.read_csv(io.StringIO(table.to_csv(index=False)), keep_default_na=False)
+    assert read["probability_water"][5] == pytest.approx(windows[5].probabilities["water"])
+    difference = windows[5].probabilities["full"] / windows[5].probabilities["half"]
+    assert read["logit_full"][5] - read["logit_half"][5] == pytest.approx(np.log(difference))
+    assert set(read["type"]) <= {"none", "pasta", "rice", "water"}
+
+
+def test_what_is_heard_is_the_crop_at_the_fixed_gain(noisy: Path) -> None:
+    recording = open_dataset(noisy)[NAME]
+    samples, rate = soundfile.read(io.BytesIO(sound.wav(recording, channel=2, crop_s=(0.5, 1.5))))
+    expected = GAIN * recording.audio().samples[2, rate // 2 : rate // 2 + rate]
+    np.testing.assert_allclose(samples, expected, atol=1e-4)
+
+
+def test_recording_without_sound_says_so(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root, recording="000001").open("filling")
+    assert visitor.crashes == []
+    assert visitor.errors == ["recording 000001 has no sound: audio/000001.wav is missing"]
+
+
+def truncated(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:20])
+
+
+def not_finite(path: Path) -> None:
+    samples = np.zeros((4000, 8), dtype=np.float32)
+    samples[7, 3] = np.nan
+    soundfile.write(path, samples, SAMPLE_RATE_HZ, subtype="FLOAT")
+
+
+def empty(path: Path) -> None:
+    soundfile.write(path, np.zeros((0, 8)), SAMPLE_RATE_HZ)
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (truncated, "cannot be read as sound"),
+        (not_finite, "not finite"),
+        (empty, "holds no sound"),
+        (lambda path: write_audio(path, channels=2), "has 2 channels"),
+        (lambda path: path.write_bytes(b""), "cannot be read as sound"),
+    ],
+)
+def test_broken_sound_is_one_sentence_that_names_the_file(
+    visitor: Visitor, wav: Path, damage: Callable[[Path], object], words: str
+) -> None:
+    damage(wav)
+    visitor.test.run()
+    assert visitor.crashes == []
+    assert len(visitor.errors) == 1
+    assert str(wav) in visitor.errors[0]
+    assert words in visitor.errors[0]
+
+
+@pytest.mark.parametrize(
+    ("samples", "rate"), [(4000, SAMPLE_RATE_HZ), (3 * 16_000, 16_000), (1, SAMPLE_RATE_HZ), (90_000, SAMPLE_RATE_HZ)]
+)
+def test_silence_however_short_and_at_any_rate_has_an_answer(
+    root: Path, wav: Path, weights: Path, samples: int, rate: int
+) -> None:
+    soundfile.write(wav, np.zeros((samples, 8)), rate)
+    visitor = Visitor(root).open("filling")
+    assert_answers(visitor, by_hand(root, weights))
+
+
+def test_broken_or_missing_weights_leave_the_sound(
+    root: Path, tmp_path: Path, weights: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = tmp_path / "broken.safetensors"
+    broken.write_bytes(weights.read_bytes()[:500])
+    other = write_weights(tmp_path / "other.safetensors", channels=1)
+    missing = tmp_path / "missing.safetensors"
+    for path, words in ((broken, "is no file"), (other, "1 × 128 features"), (missing, "weights are missing")):
+        monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(path))
+        visitor = Visitor(root).open("filling")
+        assert visitor.crashes == []
+        (error,) = visitor.errors
+        assert str(path) in error
+        assert words in error
+        assert visitor.count("audio") == 1
+        assert set(visitor.plots) == {filling.TIMELINE}
+        assert len(visitor.plots[filling.TIMELINE]["figure"]["data"]) == 3
+
+
+def test_weights_of_the_demo_are_said_to_be_of_synthetic_sound(
+    root: Path, weights: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("CORSMAL_FILLING_WEIGHTS")
+    for module in (sound, filling):
+        monkeypatch.setattr(module, "FILLING_WEIGHTS", weights)
+    visitor = Visitor(root).open("filling")
+    (warning,) = visitor.warnings
+    assert "synthetic sound" in warning
+    assert "python -m corsmal train filling" in warning
+
+
+def test_recording_without_annotation_has_an_answer_without_a_verdict(root: Path) -> None:
+    (root / "ccm_tiny_annotation.json").unlink()
+    visitor = Visitor(root).open("filling")
+    assert visitor.crashes == visitor.errors == []
+    assert [metric.delta for metric in visitor.test.metric] == ["no annotation"] * 2
+
+
+def test_real_recording_is_heard(real_root: Path) -> None:
+    visitor = Visitor(real_root, recording="000618").open("filling")
+    assert visitor.crashes == visitor.errors == visitor.warnings == []
+    assert span_of(visitor) == (0, 2.65)
