@@ -2,7 +2,6 @@
 
 import json
 import pickle
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -11,36 +10,18 @@ import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
-from corsmal import files as whole_files
-from corsmal.demo.cameras import VIEWS
+from corsmal.demo.parts import SOUND, part_files, writing
 from corsmal.demo.rendering import render_frame
 from corsmal.demo.scene import Scene, sound_events
-from corsmal.demo.sound import SAMPLE_RATE_HZ, recording_sound
 from corsmal.detection import Detections, ViewDetections
 from corsmal.detection.parquet import write_parquet
 from corsmal.geometry import Camera
-
-SOUND = "sound"
-PARTS = (*VIEWS, SOUND)
-"""What can be made apart from the rest of a recording: each view, and the sound with the truth about the scene."""
 
 TRUTH_SOURCE = "truth of the synthetic recording"
 _QUALITY = {"preset": "ultrafast", "crf": "21", "g": "15", "threads": "1"}
 _INFRARED_FOCAL_PX = 638.0
 _INFRARED_SHIFTS_M = {"ir1": 0.015, "ir2": -0.035}
 _MARKS_M = ((0.45, 0.2, 0.0), (0.05, 0.2, 0.0))
-
-
-def part_files(recording_id: str, part: str) -> tuple[Path, ...]:
-    """Files of a part, relative to the dataset's folder."""
-    if part == SOUND:
-        return Path("audio", f"{recording_id}.wav"), Path("truth", f"{recording_id}.json")
-    return (
-        Path(part, "calib", f"{recording_id}.pickle"),
-        Path("truth", "amodal", part, f"{recording_id}.parquet"),
-        Path("truth", "visible", part, f"{recording_id}.parquet"),
-        Path(part, "rgb", f"{recording_id}.mp4"),
-    )
 
 
 def write_part(root: Path, recording_id: str, scene: Scene, part: str, *, size: tuple[int, int]) -> None:
@@ -64,19 +45,6 @@ def write_part(root: Path, recording_id: str, scene: Scene, part: str, *, size: 
     with writing(files[0]) as path:
         path.write_bytes(calibration_bytes(scene.cameras[part]))
     _write_view(files[3], scene, part, size=size, masks={"amodal": files[1], "visible": files[2]})
-
-
-def writing(path: Path) -> AbstractContextManager[Path]:
-    """A file of the demo that appears whole or not at all, see ``corsmal.files.writing``.
-
-    Raises:
-        FileError: the folder or the file cannot be written.
-    """
-    return whole_files.writing(
-        path,
-        advice="free the disk or choose another folder for the demo",
-        errors=(av.FFmpegError, soundfile.SoundFileError),
-    )
 
 
 def calibration_bytes(camera: Camera) -> bytes:
@@ -132,7 +100,10 @@ def _extrinsic(camera: Camera) -> dict[str, NDArray[np.float64]]:
 
 def _write_view(path: Path, scene: Scene, view: str, *, size: tuple[int, int], masks: dict[str, Path]) -> None:
     found: dict[str, dict[int, Detections]] = {kind: {} for kind in masks}
-    with writing(path) as part, av.open(str(part), "w", options={"movflags": "faststart"}) as container:
+    with (
+        writing(path, errors=(av.FFmpegError,)) as part,
+        av.open(str(part), "w", options={"movflags": "faststart"}) as container,
+    ):
         stream = container.add_stream("libx264", rate=scene.fps, options=_QUALITY)
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
@@ -158,8 +129,10 @@ def detection_of(mask: NDArray[np.bool_], label: int) -> Detections:
 
 
 def _write_sound(path: Path, scene: Scene) -> None:
+    from corsmal.demo.sound import SAMPLE_RATE_HZ, recording_sound  # noqa: PLC0415 - loads SciPy, a second
+
     samples = recording_sound(sound_events(scene), rng=np.random.default_rng([scene.seed, 3]))
-    with writing(path) as part:
+    with writing(path, errors=(soundfile.SoundFileError,)) as part:
         soundfile.write(part, samples.T, SAMPLE_RATE_HZ, subtype="PCM_16")
 
 

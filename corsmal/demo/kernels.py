@@ -8,14 +8,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from corsmal.demo.parts import CACHE_VARIABLE
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Pixel = tuple[int, int]
 """Row and column."""
-
-CACHE_VARIABLE = "NUMBA_CACHE_DIR"
-"""The environment variable that names the folder in which compiled kernels are kept."""
 
 
 def kernel(function: Function) -> Function:

@@ -13,6 +13,7 @@ from corsmal.demo.jug import JUG_HEIGHT_M, JUG_RADIUS_M
 from corsmal.demo.kernels import Floats
 from corsmal.demo.limbs import Limb, PackedLimbs, draw_limbs, pack_limbs
 from corsmal.demo.looks import Colour
+from corsmal.demo.parts import DEMO_SIZE, KERNELS
 from corsmal.demo.person import chair_limbs, jug_handle, person_limbs
 from corsmal.demo.profiles import Profile
 from corsmal.demo.room import Shadow, draw_room, draw_shadows
@@ -20,12 +21,6 @@ from corsmal.demo.scene import Scene, make_scene
 from corsmal.demo.shading import Depth, Image, Mask, Rays, light_values
 from corsmal.demo.vessels import FILLING_COLOURS, Vessel, draw_vessel
 from corsmal.errors import ArgumentError, NotFoundError
-
-DEMO_SIZE = (640, 360)
-"""Width and height of the demo's videos, in pixels."""
-
-KERNELS = ("vessels", "limbs")
-"""What takes seconds to compile, the slowest first."""
 
 BLUR_SIGMA_PX, NOISE_SIGMA = 0.62, 1.8
 _MARGIN_PX = 64

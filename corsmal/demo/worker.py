@@ -17,10 +17,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from corsmal.demo.files import write_part
-from corsmal.demo.kernels import CACHE_VARIABLE
+from corsmal.demo.parts import CACHE_VARIABLE, KERNELS
 from corsmal.demo.plan import PlannedRecording
-from corsmal.demo.rendering import KERNELS, compile_kernels
 from corsmal.digests import digest
 from corsmal.errors import CorsmalError, FileError
 
@@ -46,6 +44,8 @@ class Task:
 
     def run(self) -> None:
         """Make the parts."""
+        from corsmal.demo.files import write_part  # noqa: PLC0415 - loads the renderer, which only a worker needs
+
         scene = self.planned.scene()
         for part in self.parts:
             write_part(Path(self.folder), self.planned.recording_id, scene, part, size=self.size)
@@ -195,6 +195,8 @@ def main() -> None:
     """Compile, then run the tasks that come in until there are no more."""
     # an interrupt from the keyboard reaches the whole group: the process that asked decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from corsmal.demo.rendering import compile_kernels  # noqa: PLC0415 - as above
+
     compile_kernels(*sys.argv[1:])
     for line in sys.stdin:
         content = json.loads(line)

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from corsmal.demo.containers import CONTAINER_IDS
-from corsmal.demo.files import PARTS, part_files, writing
+from corsmal.demo.parts import DEMO_SIZE, PARTS, part_files, writing
 from corsmal.demo.plan import PlannedRecording, annotation_of, demo_plan
-from corsmal.demo.rendering import DEMO_SIZE
 from corsmal.demo.worker import Task, run_tasks
 from corsmal.errors import ArgumentError, FileError
 

@@ -84,7 +84,7 @@ def report_panel(title: str, tables: Mapping[str, pd.DataFrame], parameters: Map
     for index, pin in enumerate(pins()):
         left, right = st.columns([8, 1], vertical_alignment="center")
         left.markdown(f":material/push_pin: {plain(pin.title)}")
-        right.button("Remove", key=f"unpin_{index}", on_click=pins().pop, args=(index,), icon=":material/close:")
+        right.button("Remove", key=f"unpin_{index}", on_click=_unpin, args=(index,), icon=":material/close:")
     chosen = list(pins())
     st.download_button(
         "Report as HTML",
@@ -105,3 +105,7 @@ def _pin(make: Callable[[], Pin | list[Pin]]) -> None:
     more = made if isinstance(made, list) else [made]
     pins().extend(more)
     st.toast(f"Pinned: {plain('; '.join(pin.title for pin in more))}")
+
+
+def _unpin(index: int) -> None:
+    del pins()[index]
