@@ -1,7 +1,10 @@
+import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 from typer.testing import CliRunner
@@ -13,7 +16,7 @@ from corsmal.dataset import open_dataset
 from corsmal.errors import CorsmalError
 from corsmal.estimation import estimate
 from corsmal.evaluation import container_table, error_table, export_table, read_estimates, read_submission
-from corsmal.filling import FillingConfig, FillingModel, save_filling
+from corsmal.filling import FillingConfig, FillingModel, FillingPredictor, FillingTraining, save_filling
 from corsmal.mass import MassConfig, MassModel, save_mass
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
@@ -193,3 +196,40 @@ def test_unknown_preset_and_format_are_refused(tiny_dataset_root, networks, tmp_
     assert "there are the presets paper" in " ".join(unknown.output.replace("│", " ").split())
     with pytest.raises(CorsmalError, match=r"estimates\.txt"):
         RUNNER.invoke(cli.app, [*command, "--out", str(tmp_path / "estimates.txt")], catch_exceptions=False)
+
+
+@pytest.fixture
+def listened(tmp_path):
+    """A folder with an annotation of twelve recordings of three containers, and one with arrays of them."""
+    rng = np.random.default_rng(0)
+    pairs = [(0, 0), (1, 1), (2, 2), (3, 1)]
+    rows = [
+        {"id": index, "container id": 1 + index % 3, "filling type": pair[0], "filling level": pair[1]}
+        for index, pair in enumerate(pairs * 3)
+    ]
+    (tmp_path / "set" / "view1" / "rgb").mkdir(parents=True)
+    (tmp_path / "set" / "ccm_train_annotation.json").write_text(json.dumps({"annotations": rows}), encoding="utf-8")
+    (tmp_path / "features").mkdir()
+    for row in rows:
+        np.save(tmp_path / "features" / f"{row['id']:06d}.npy", rng.normal(size=(3, 128)).astype(np.float32))
+    return [str(tmp_path / "set"), str(tmp_path / "run"), "--features", str(tmp_path / "features")]
+
+
+@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
+def test_filling_is_cross_validated_and_its_tables_are_shown(listened, monkeypatch):
+    quick = replace(FillingTraining.paper(), epochs=1)
+    monkeypatch.setattr(FillingTraining, "of", classmethod(lambda *_: quick))
+    result = RUNNER.invoke(cli.app, ["evaluate", "filling", *listened, "--folds", "containers"])
+    assert result.exit_code == 0, result.output
+    for title in ("Weighted F1 in %", "MPF1 in % by container", "filling type, cup"):
+        assert title in result.output
+
+
+@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")
+def test_filling_is_trained_to_a_file_that_predicts(listened, monkeypatch):
+    quick = replace(FillingTraining.tuned(), epochs=1)
+    monkeypatch.setattr(FillingTraining, "of", classmethod(lambda *_: quick))
+    result = RUNNER.invoke(cli.app, ["train", "filling", *listened])
+    assert result.exit_code == 0, result.output
+    path = Path(result.output.split("Weights: ")[1].strip())
+    assert FillingPredictor(path).predict(np.zeros((1, 3, 128), np.float32)).ok

@@ -30,7 +30,7 @@ def test_every_recording_is_predicted_once_per_seed(run):
     assert table["recording_id"].tolist() == [sample.recording_id for sample in SAMPLES] * 2
     assert table["seed"].tolist() == [0] * 28 + [4] * 28
     assert table["fold"].tolist() == list(FOLDS.values()) * 2
-    assert table["filling_type"].tolist() == [sample.filling_type for sample in SAMPLES] * 2
+    assert table["true_type"].tolist() == [sample.filling_type for sample in SAMPLES] * 2
     assert shares == pytest.approx([0.25, 0.5, 0.75, 1])
 
 
