@@ -40,7 +40,7 @@ event = st.dataframe(
     column_config=COLUMNS,
 )
 if event.selection.rows and rows.index[event.selection.rows[0]] != recording.id:
-    session.choose(recording=rows.index[event.selection.rows[0]], frame=None, pair=None)
+    session.choose(recording=rows.index[event.selection.rows[0]], frame=None, pair=None, crop_s=None)
     st.rerun()
 
 st.subheader(f"Recording {recording.id}")

@@ -72,7 +72,7 @@ def confusion_figure(tables: Mapping[Kind, pd.DataFrame]) -> go.Figure:
             }
         )
         names = [str(value) if value else "" for value in counts.ravel()]
-        texts.append(_texts(table.columns, table.index, names, xaxis=f"x{ending}", yaxis=f"y{ending}"))
+        texts.append(_texts(list(table.columns), list(table.index), names, xaxis=f"x{ending}", yaxis=f"y{ending}"))
     return go.Figure([*traces, *texts], layout)
 
 

@@ -79,7 +79,7 @@ def _changed(first: Run, run: Run, dataset: Dataset) -> None:
     )
     changed = evaluation.sides(first, run, dataset, threshold_percent=threshold)
     counts = changed["change"].value_counts()
-    st.subheader(f"Changed sides: {counts.get('better', 0)} became right, {counts.get('worse', 0)} wrong")
+    st.subheader(f"Changed sides: {counts.get('better', 0)} numbers became right, {counts.get('worse', 0)} wrong")
     if changed.empty:
         st.caption("No recording is right in one run and wrong in the other.")
         return

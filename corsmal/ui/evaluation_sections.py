@@ -10,6 +10,7 @@ from corsmal.ui.evaluation_blame import blame_section
 from corsmal.ui.evaluation_compare import comparison_section
 from corsmal.ui.evaluation_downloads import notes
 from corsmal.ui.evaluation_errors import confusion_section, spread_section
+from corsmal.ui.evaluation_report import report_section
 from corsmal.ui.evaluation_sweep import sweep_section
 from corsmal.ui.evaluation_tables import container_section, leaderboard_section, rows_section
 
@@ -23,6 +24,7 @@ SECTIONS = {
     "Compare": comparison_section,
     "Blame": blame_section,
     "Sweep": sweep_section,
+    "Report": report_section,
 }
 
 

@@ -149,7 +149,7 @@ def _recording_picker(found: Dataset) -> None:
         choose(settled=False, recording=most_complete(found.table))
     elif current not in ids:
         _add_problem(f"Recording {current[:40]!r} is not in {found.root}; another one is shown instead.")
-        choose(settled=False, recording=most_complete(found.table), frame=None, pair=None)
+        choose(settled=False, recording=most_complete(found.table), frame=None, pair=None, crop_s=None)
     st.session_state[PICKER] = choice().recording
     labels = recording_labels(found.table)
     st.selectbox("Recording", ids, key=PICKER, format_func=labels.__getitem__, on_change=_picked)
@@ -158,7 +158,7 @@ def _recording_picker(found: Dataset) -> None:
 
 
 def _picked() -> None:
-    choose(recording=st.session_state[PICKER], frame=None, pair=None)
+    choose(recording=st.session_state[PICKER], frame=None, pair=None, crop_s=None)
 
 
 def _nothing_to_show() -> None:

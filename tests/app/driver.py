@@ -13,7 +13,7 @@ import numpy as np
 from streamlit.testing.v1 import AppTest
 
 APP = Path(__file__).resolve().parents[2] / "app.py"
-PAGES = {name: f"pages/{name}.py" for name in ("recordings", "frames", "shape")}
+PAGES = {name: f"pages/{name}.py" for name in ("recordings", "frames", "shape", "filling", "mass", "evaluation")}
 TIMEOUT_S = 60
 
 

@@ -280,3 +280,16 @@ def test_missing_weights_are_said(dataset: Dataset, monkeypatch: pytest.MonkeyPa
     for name in ("FILLING", "MASS"):
         monkeypatch.setenv(f"CORSMAL_{name}_WEIGHTS", str(tmp_path / "none.safetensors"))
     assert opened(dataset.root).sentences.count("its weights are not in") == 2
+
+
+@pytest.mark.usefixtures("run")
+def test_report_holds_the_run_and_what_was_pinned_and_a_pin_can_be_removed(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Report")
+    assert "Nothing is pinned yet" in visitor.sentences
+    visitor.open("shape")
+    visitor.press("Pin the hull")
+    visitor.open("evaluation")
+    assert any("Hull of 000000" in element.value for element in visitor.test.markdown)
+    visitor.press("Remove")
+    assert "Nothing is pinned yet" in visitor.sentences
+    assert visitor.crashes == visitor.errors == []

@@ -16,7 +16,6 @@ from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, Fill
 from corsmal.filling.features import recording_features
 from corsmal.ui import data, filling, sound
 from corsmal.ui.media import GAIN
-from tests.app import driver
 from tests.app.driver import Visitor
 from tests.tiny import SAMPLE_RATE_HZ, write_audio
 
@@ -40,7 +39,6 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def page(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(driver.PAGES, "filling", "pages/filling.py")
     monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(weights))
 
 

@@ -20,7 +20,6 @@ from corsmal.mass import AxisRule, MassConfig, MassModel, MassPredictor, mm_per_
 from corsmal.parameters import SelectionParameters
 from corsmal.store import Store
 from corsmal.ui.object_mass import error_text, grams
-from tests.app import driver
 from tests.app.driver import Visitor, amount
 from tests.tiny import CUP, SIZE, coco_result, write_json
 
@@ -44,7 +43,6 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def page(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(driver.PAGES, "mass", "pages/mass.py")
     monkeypatch.setenv("CORSMAL_MASS_WEIGHTS", str(weights))
 
 
