@@ -5,7 +5,7 @@ import math
 from corsmal.demo.content import Layers, Shade, Walls, paint_filling
 from corsmal.demo.kernels import Floats, Pixel, Vector, kernel
 from corsmal.demo.shading import Image, Window, gleam, lit, ray
-from corsmal.demo.tracing import INF, TINY, at, cylinder_span, profile_crossings
+from corsmal.demo.tracing import INF, TINY, at, cylinder_span, profile_crossings, widest
 
 RIM_M = 0.0022
 """Height of the bright rim."""
@@ -17,12 +17,13 @@ def draw_clear(layers: Layers, window: Window, walls: Walls, shade: Shade) -> No
     image, behind, depth, visible, amodal = layers
     pose, _, _ = shade
     outer, inner, _ = walls
-    origin, top, widest, hollow = (pose[0, 0], pose[0, 1], pose[0, 2]), outer[0, -1], outer[1].max(), inner[1].max()
+    origin, top = (pose[0, 0], pose[0, 1], pose[0, 2]), outer[0, -1]
+    largest, hollow = widest(outer), widest(inner)
     for y in range(window[2], window[3]):
         for x in range(window[0], window[1]):
             pixel = (y, x)
             direction = ray(pose, pixel)
-            t, normal, end, back = profile_crossings(origin, direction, outer, widest)
+            t, normal, end, back = profile_crossings(origin, direction, outer, largest)
             if t == INF:
                 continue
             amodal[y, x] = True
@@ -94,7 +95,7 @@ def _draw_content(layers: Layers, pixel: Pixel, walls: Walls, shade: Shade) -> N
         return
     y, x = pixel
     origin, direction = (pose[0, 0], pose[0, 1], pose[0, 2]), ray(pose, pixel)
-    t, normal, _, _ = profile_crossings(origin, direction, filled, filled[1].max())
+    t, normal, _, _ = profile_crossings(origin, direction, filled, widest(filled))
     if t >= depth[y, x]:
         return
     place = at(origin, direction, t)

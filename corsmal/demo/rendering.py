@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from corsmal.demo.boxes import draw_box
 from corsmal.demo.containers import demo_container
+from corsmal.demo.content import paint_filling, surface_of_filling
 from corsmal.demo.jug import JUG_HEIGHT_M, JUG_RADIUS_M
 from corsmal.demo.kernels import Floats
 from corsmal.demo.limbs import Limb, PackedLimbs, draw_limbs, pack_limbs
@@ -18,7 +19,8 @@ from corsmal.demo.person import chair_limbs, jug_handle, person_limbs
 from corsmal.demo.profiles import Profile
 from corsmal.demo.room import Shadow, draw_room, draw_shadows
 from corsmal.demo.scene import Scene, make_scene
-from corsmal.demo.shading import Depth, Image, Mask, Rays, light_values
+from corsmal.demo.shading import Depth, Image, Mask, Rays, gleam, light_values, ray, solid_pose
+from corsmal.demo.tracing import profile_crossings
 from corsmal.demo.vessels import FILLING_COLOURS, Vessel, draw_vessel
 from corsmal.errors import ArgumentError, NotFoundError
 
@@ -80,7 +82,7 @@ def render_frame(scene: Scene, view: str, frame: int, *, size: tuple[int, int] =
 
 
 def compile_kernels(first: str) -> None:
-    """Compile the slowest kernels of one kind by drawing something small.
+    """Compile the slowest kernels of one kind by drawing something small; what both kinds need is compiled by one.
 
     Args:
         first: one of ``KERNELS``.
@@ -93,11 +95,16 @@ def compile_kernels(first: str) -> None:
     scene = make_scene(0, container=1)
     rays = Rays.of(scene.camera("view3", (32, 18)))
     picture = np.zeros((18, 32, 3), np.uint8), np.full((18, 32), np.inf, np.float32)
+    light, point, profile = light_values(scene.light), (0.0, 0.0, 1.0), np.array([[0.0, 1.0], [1.0, 1.0]])
+    pose = {"base_m": scene.motion.base_m[0], "rotation": scene.motion.rotation[0]}
     if first == "limbs":
+        profile_crossings(point, point, profile, 1.0)
         draw_limbs(*picture, pack_limbs(chair_limbs(scene.look)), rays=rays, light=scene.light)
     else:
-        pose = {"base_m": scene.motion.base_m[0], "rotation": scene.motion.rotation[0]}
-        draw_vessel(*picture, _jug(scene.look.jug), **pose, rays=rays, light=light_values(scene.light))
+        shade = solid_pose(**pose, rays=rays), np.ones(14), light
+        paint_filling(picture[0], (0, 0), point, gleam(point, point, shade[0], light, 1.0), shade)
+        surface_of_filling(point, ray(shade[0], (0, 0)), profile)
+        draw_vessel(*picture, _jug(scene.look.jug), **pose, rays=rays, light=light)
 
 
 @lru_cache(maxsize=6)

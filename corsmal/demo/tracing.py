@@ -114,8 +114,17 @@ def _cap(origin: Vector, direction: Vector, height: float, radius: float) -> flo
 
 
 @kernel
+def widest(profile: Floats) -> float:
+    """The largest radius of a profile (2, n); NumPy's own maximum takes four times as long to compile."""
+    largest = 0.0
+    for radius in profile[1]:
+        largest = max(largest, radius)
+    return largest
+
+
+@kernel
 def profile_crossings(
-    origin: Vector, direction: Vector, profile: Floats, widest: float
+    origin: Vector, direction: Vector, profile: Floats, largest: float
 ) -> tuple[float, Vector, float, Vector]:
     """Where a ray first enters and last leaves a closed solid of revolution around z.
 
@@ -123,7 +132,7 @@ def profile_crossings(
         origin: of the ray.
         direction: of the ray.
         profile: (2, n) ascending heights and the radii there.
-        widest: the largest of the radii.
+        largest: of the radii.
 
     Returns:
         Depth and normal at the entry, depth and normal at the exit; infinite depths where it misses. Normals are of
@@ -131,7 +140,7 @@ def profile_crossings(
     """
     heights, radii = profile[0], profile[1]
     top = len(heights) - 1
-    start, end = cylinder_span(origin, direction, widest, heights[0], heights[top])
+    start, end = cylinder_span(origin, direction, largest, heights[0], heights[top])
     if start > end or end < NEAR:
         return INF, UP, INF, UP
     first, last, entry, leaving = INF, -INF, UP, UP

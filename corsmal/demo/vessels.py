@@ -11,7 +11,7 @@ from corsmal.demo.kernels import Floats, Pixel, kernel
 from corsmal.demo.looks import Colour
 from corsmal.demo.profiles import Profile
 from corsmal.demo.shading import Depth, Image, Mask, Rays, Window, gleam, lit, paint, ray, solid_pose
-from corsmal.demo.tracing import INF, at, profile_crossings
+from corsmal.demo.tracing import INF, at, profile_crossings, widest
 
 FILLING_COLOURS: tuple[Colour, ...] = ((0, 0, 0), (222, 178, 92), (234, 228, 212), (196, 214, 222))
 """Of none, pasta, rice and water."""
@@ -105,11 +105,11 @@ def _draw_opaque(layers: Layers, window: Window, walls: Walls, shade: Shade) -> 
     image, _, depth, visible, amodal = layers
     pose, finish, light = shade
     outer, inner, _ = walls
-    origin, top, widest = (pose[0, 0], pose[0, 1], pose[0, 2]), outer[0, -1], outer[1].max()
+    origin, top, largest = (pose[0, 0], pose[0, 1], pose[0, 2]), outer[0, -1], widest(outer)
     for y in range(window[2], window[3]):
         for x in range(window[0], window[1]):
             direction = ray(pose, (y, x))
-            t, normal, _, _ = profile_crossings(origin, direction, outer, widest)
+            t, normal, _, _ = profile_crossings(origin, direction, outer, largest)
             if t == INF:
                 continue
             amodal[y, x] = True
@@ -136,7 +136,7 @@ def _draw_cavity(image: Image, pixel: Pixel, limit: float, walls: Walls, shade: 
     pose, finish, light = shade
     _, inner, filled = walls
     origin, direction = (pose[0, 0], pose[0, 1], pose[0, 2]), ray(pose, pixel)
-    _, _, t, normal = profile_crossings(origin, direction, inner, inner[1].max())
+    _, _, t, normal = profile_crossings(origin, direction, inner, widest(inner))
     level = surface_of_filling(origin, direction, filled)
     t = min(t, level)
     if t >= limit:

@@ -59,7 +59,7 @@ def _start() -> None:
     data.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder))
 
 
-@st.fragment(run_every=1.0)
+@st.fragment(run_every=0.5)
 def _watch() -> None:
     """Follow the job; the app is run again when it ends, and when there are more recordings to show."""
     job = data.jobs().get(KEY)
