@@ -9,7 +9,7 @@ from corsmal.ui.routes import routes
 
 def main() -> None:
     """One run of the script: what Streamlit calls for every page and every change."""
-    st.set_page_config(page_title="corsmal", page_icon=":material/local_cafe:", layout="wide")
+    st.set_page_config(page_title="corsmal", page_icon="☕", layout="wide")
     # Paths differ from the files' names on purpose: otherwise Streamlit takes pages/ for its older kind of app
     page = st.navigation(
         [

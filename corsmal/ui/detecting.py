@@ -10,7 +10,6 @@ from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
 from corsmal.ui import data, session
 from corsmal.ui.components import notes, plain
-from corsmal.ui.demo import is_demo
 from corsmal.ui.jobs import Job, progress_text
 from corsmal.ui.viewer import longest_view
 
@@ -53,7 +52,7 @@ def detection_job(recording: Recording, found: DetectionSet) -> None:
     detector = left.selectbox(
         "Detector",
         list(DETECTORS),
-        index=list(DETECTORS).index("demo" if is_demo(session.folder()) else "coco"),
+        index=list(DETECTORS).index("demo" if session.is_synthetic(recording) else "coco"),
         key="detector",
         format_func=DETECTORS.__getitem__,
     )

@@ -17,7 +17,7 @@ from corsmal.evaluation.blame import KnownStage
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.figures.heatmaps import blame_figure
 from corsmal.store import Store
-from corsmal.ui import data, evaluation, mass
+from corsmal.ui import data, evaluation, session
 from corsmal.ui.components import plain
 from corsmal.ui.evaluation import METRIC_NAMES
 from corsmal.ui.evaluation_downloads import downloads
@@ -109,7 +109,7 @@ def _long(averages: pd.DataFrame) -> pd.DataFrame:
 
 
 def _offer(key: str, run: Run, dataset: Dataset) -> None:
-    has_masks = mass.is_synthetic(dataset[run.rows[0]["recording_id"]])
+    has_masks = session.is_synthetic(dataset[run.rows[0]["recording_id"]])
     stages = f"{', '.join(STAGES)} and {HEARD}" if has_masks else f"{STAGES[-1]} and {HEARD}"
     st.info(
         f"Estimate the run again with one stage after the other replaced by the truth: {stages}."

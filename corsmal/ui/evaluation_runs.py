@@ -12,7 +12,7 @@ from corsmal.demo import DETECTOR_WEIGHTS
 from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS, ShapeParameters
 from corsmal.store import Store
-from corsmal.ui import data, evaluation, mass, session
+from corsmal.ui import data, evaluation, session
 from corsmal.ui.components import guarded, plain
 from corsmal.ui.detecting import DETECTORS, SEARCH_STEP
 from corsmal.ui.jobs import Job, progress_text
@@ -170,7 +170,7 @@ def _recordings_control(dataset: Dataset) -> list[str]:
 
 
 def _detector_control(example: Recording | None) -> str | None:
-    is_demo = example is not None and mass.is_synthetic(example)
+    is_demo = example is not None and session.is_synthetic(example)
     if not st.toggle(
         "First find containers where no detector has looked",
         value=is_demo,

@@ -19,7 +19,6 @@ from corsmal.parameters import PAIRS
 from corsmal.ui import data, media, session, sound
 from corsmal.ui.components import plain
 from corsmal.ui.linked_plot import PlotEvent, Span, linked_plot
-from corsmal.ui.mass import is_synthetic
 
 TIMELINE = "timeline"
 STEP_S = 0.05
@@ -37,7 +36,7 @@ TRAINING = "`python -m corsmal train filling ROOT RUN`"
 
 def weights_note(recording: Recording) -> None:
     """Say so where a network that learned from synthetic sound listens to a real one."""
-    if sound.weights_path() == FILLING_WEIGHTS and not is_synthetic(recording):
+    if sound.weights_path() == FILLING_WEIGHTS and not session.is_synthetic(recording):
         st.warning(
             "These weights learned from the **demo's synthetic sound** and have never heard a real recording: expect "
             f"wrong answers. Train on the real ones with {TRAINING}, then start the app with "

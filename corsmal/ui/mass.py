@@ -15,7 +15,7 @@ from corsmal.dataset import Recording
 from corsmal.demo import MASS_WEIGHTS
 from corsmal.demo.truth import open_demo_truth
 from corsmal.detection import ViewDetections
-from corsmal.errors import ArgumentError, CorsmalError, NotFoundError
+from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.estimation import Fit
 from corsmal.mass import AxisRule, RestoredMask, mm_per_pixel
 from corsmal.mass.restoration import PADDING_PX
@@ -159,17 +159,6 @@ def amodal_mask(recording: Recording, *, frame: int) -> Mask | None:
     except (NotFoundError, KeyError):
         return None
     return masks.mask(0) if len(masks) else np.zeros(masks.size, dtype=bool)
-
-
-def is_synthetic(recording: Recording) -> bool:
-    """Whether a recording has a truth beside it."""
-    try:
-        open_demo_truth(session.opened()[0].root, recording.id)
-    except NotFoundError:
-        return False
-    except CorsmalError:
-        return True
-    return True
 
 
 @st.cache_resource(max_entries=4, show_spinner="Reading the mass network")

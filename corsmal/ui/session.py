@@ -9,7 +9,8 @@ from typing import Any
 import streamlit as st
 
 from corsmal.dataset import Dataset, Recording
-from corsmal.errors import CorsmalError
+from corsmal.demo.truth import open_demo_truth
+from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.ui import data, demo
 from corsmal.ui.components import plain
 from corsmal.ui.tables import most_complete, recording_labels
@@ -68,6 +69,17 @@ def write_address() -> None:
     if st.query_params.to_dict() != params:
         st.query_params.from_dict(params)
     st.session_state[WRITTEN] = params
+
+
+def is_synthetic(recording: Recording) -> bool:
+    """Whether a recording of the chosen dataset has a truth beside it, as the demo's have."""
+    try:
+        open_demo_truth(opened()[0].root, recording.id)
+    except NotFoundError:
+        return False
+    except CorsmalError:
+        return True
+    return True
 
 
 def dataset() -> Dataset | None:
