@@ -7,7 +7,7 @@ from corsmal.ui import controls, data, mass, session, weighing
 from corsmal.ui.components import guarded
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import plot_event
-from corsmal.ui.object_mass import annotated_filling, object_mass
+from corsmal.ui.object_mass import heard_filling, object_mass
 
 st.title("Mass")
 recording, frames = open_detected()
@@ -35,7 +35,7 @@ def mass_panel() -> None:
     if not weighing.shows_container(mask, frame=frame) or mask is None:
         return
     weighed = mass.weigh_mask(mask, numbers, network=network, axis=axis, padding=mass.padding_px())
-    object_mass(recording, weighed.mass_g, annotated_filling(recording), capacity_ml=numbers["capacity_ml"])
+    object_mass(recording, weighed.mass_g, heard_filling(recording), capacity_ml=numbers["capacity_ml"])
     weighing.problems(fit, weighed, network)
     weighing.pictures(recording, mask, weighed, frame=frame)
     left, right = st.columns([2, 3])

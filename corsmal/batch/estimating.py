@@ -1,6 +1,6 @@
-"""Estimates of many recordings, kept in the store so that a run that was stopped goes on where it was."""
+"""Estimates, kept in the store so that a run that was stopped goes on where it was."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -44,37 +44,6 @@ class Predictors:
         """A digest of everything that the numbers depend on."""
         digests = [None if part is None else part.digest for part in (self.filling, self.mass)]
         return digest("predictors", self.shape, SelectionParameters(), dict(self.means), digests)
-
-
-def estimate_recordings(
-    recordings: Iterable[Recording],
-    predictors: Predictors,
-    *,
-    store: Store,
-    progress: Callable[[int, int], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> list[dict[str, Any]]:
-    """One row per recording, as ``Estimate.row`` gives it; what was estimated before is read from the store.
-
-    Args:
-        recordings: whose detections are beside their videos or in the store.
-        predictors: what the estimates are made with.
-        store: gives detections and keeps rows.
-        progress: called with the numbers of recordings done and wanted.
-        cancelled: asked between recordings; true stops the work and keeps what was done.
-
-    Returns:
-        The rows in the recordings' order; a broken recording is a failed row whose notes say why.
-    """
-    asked = list(recordings)
-    rows: list[dict[str, Any]] = []
-    for recording in asked:
-        if cancelled is not None and cancelled():
-            break
-        rows.append(load_estimate(recording, predictors, store=store))
-        if progress is not None:
-            progress(len(rows), len(asked))
-    return rows
 
 
 def load_estimate(recording: Recording, predictors: Predictors, *, store: Store) -> dict[str, Any]:

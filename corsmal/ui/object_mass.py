@@ -1,12 +1,15 @@
 """Container, filling and object mass beside the truth."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import streamlit as st
 
 from corsmal.dataset import Recording
 from corsmal.dataset.annotation import FILLINGS, LEVELS
+from corsmal.errors import CorsmalError
 from corsmal.mass import filling_mass_g
+from corsmal.ui import sound
 
 
 @dataclass(frozen=True)
@@ -35,8 +38,16 @@ class Filling:
         return None if capacity_ml is None else filling_mass_g(self.kind, self.level, capacity_ml)
 
 
-def annotated_filling(recording: Recording) -> Filling | None:
-    """The filling as the annotation says."""
+def heard_filling(recording: Recording) -> Filling | None:
+    """The filling as the sound's network says, or as the annotation does where there is nothing to listen to."""
+    with suppress(CorsmalError):
+        heard = sound.prediction(recording, crop_s=None).pair
+        if heard is not None:
+            return Filling(*heard, "the sound")
+    return _annotated_filling(recording)
+
+
+def _annotated_filling(recording: Recording) -> Filling | None:
     note = recording.annotation
     if note is None or note.filling_type is None or note.filling_level is None:
         return None
@@ -55,9 +66,12 @@ def object_mass(
     labels = ("Container mass", "Filling mass", "Object mass")
     for column, label, value, true in zip(st.columns(3), labels, values, truths, strict=True):
         column.metric(label, grams(value), error_text(value, true), delta_color="off", delta_arrow="off")
-    said = "not known: the annotation does not say" if filling is None else f"{filling.text}, from {filling.source}"
+    said = "not known: neither sound nor annotation says" if filling is None else f"{filling.text}, from {filling.source}"
     if filling is not None and filling.mass_g(None) is None:
         said += "; " + ("the capacity is missing" if capacity_ml is None else f"capacity {capacity_ml:.0f} mL")
+    annotated = _annotated_filling(recording)
+    if filling is not None and annotated is not None and filling.text != annotated.text:
+        said += f" (annotated: {annotated.text})"
     st.caption(f":material/water_full: Filling: {said}. Object = container + filling.")
 
 

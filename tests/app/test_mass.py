@@ -13,13 +13,16 @@ from streamlit.delta_generator import DeltaGenerator
 
 from corsmal.batch import load_detections
 from corsmal.dataset import open_dataset
+from corsmal.demo import FILLING_WEIGHTS
 from corsmal.detection import Detections, ViewDetections
 from corsmal.detection.parquet import write_parquet
 from corsmal.estimation import container_mask, fit_frame
+from corsmal.filling import FillingPredictor
+from corsmal.filling.features import recording_features
 from corsmal.mass import AxisRule, MassConfig, MassModel, MassPredictor, mm_per_pixel, restore_mask, save_mass
 from corsmal.parameters import SelectionParameters
 from corsmal.store import Store
-from corsmal.ui.object_mass import error_text, grams
+from corsmal.ui.object_mass import Filling, error_text, grams
 from tests.app.driver import Visitor, amount
 from tests.tiny import CUP, SIZE, coco_result, write_json
 
@@ -314,3 +317,11 @@ def test_network_that_wants_the_scale_is_given_it(
     assert visitor.test.number_input(key="mass_mm_per_px").value == pytest.approx(fitted["mm_per_px"])
     assert panels(visitor)["The network's input"] == "112 × 112 px, to scale"
     assert len(visitor.plots["mass_sensitivity"]["figure"]["data"]) == 6
+
+
+def test_filling_is_what_the_sound_says(visitor: Visitor, sound_root: Path) -> None:
+    recording = open_dataset(sound_root)["000000"]
+    pair = FillingPredictor(FILLING_WEIGHTS).predict(recording_features(recording).values).pair
+    assert pair is not None
+    heard = Filling(*pair, "the sound")
+    assert f"{heard.text}, from the sound" in visitor.sentences

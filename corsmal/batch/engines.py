@@ -1,0 +1,82 @@
+"""The same work on many recordings, one after the other or elsewhere: what the engines have in common."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from corsmal.dataset import Recording
+from corsmal.errors import CorsmalError
+
+Row = dict[str, Any]
+Task = Callable[[Recording], Row]
+"""What is done with a recording. For an engine that works elsewhere it can be pickled, and costs little to send."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one recording.
+
+    Args:
+        index: of the recording among those that were asked for.
+        row: the result; None where there is none.
+        problem: why there is none, one sentence.
+    """
+
+    index: int
+    row: Row | None = None
+    problem: str = ""
+
+
+class Engine(Protocol):
+    """Does a task for recordings, in whatever order suits it; stops at once when its iterator is closed."""
+
+    def __call__(self, task: Task, recordings: Sequence[Recording]) -> Iterator[Outcome]:
+        """Yield an outcome for each recording as soon as there is one."""
+
+
+def attempt(task: Task, index: int, recording: Recording) -> Outcome:
+    """Do the task for one recording; whatever it raises is its problem alone."""
+    try:
+        return Outcome(index, task(recording))
+    except CorsmalError as error:
+        return Outcome(index, problem=str(error))
+    except Exception as error:  # noqa: BLE001 - one recording that nobody foresaw must not end an evening's run
+        return Outcome(index, problem=f"stopped unexpectedly: {error!r}")
+
+
+def in_turn(task: Task, recordings: Sequence[Recording]) -> Iterator[Outcome]:
+    """The engine of this process alone."""
+    return (attempt(task, index, recording) for index, recording in enumerate(recordings))
+
+
+def run_batch(
+    task: Task,
+    recordings: Sequence[Recording],
+    *,
+    engine: Engine = in_turn,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Row]:
+    """A row for every recording.
+
+    Args:
+        task: what is done with each, such as an ``EstimateTask``; what it keeps in the store lasts however this ends.
+        recordings: the recordings.
+        engine: where it is done: ``in_turn``, ``Processes`` or ``DaskCluster``.
+        progress: called with the numbers of recordings done and wanted.
+
+    Returns:
+        The rows in the recordings' order; a recording that could not be done is a failed row whose notes say why.
+
+    Raises:
+        CorsmalError: the engine itself failed, such as a cluster that does not answer.
+    """
+    rows: list[Row] = [{} for _ in recordings]
+    if progress is not None:
+        progress(0, len(rows))
+    for done, outcome in enumerate(engine(task, recordings), start=1):
+        name = recordings[outcome.index].id
+        failed = {"recording_id": name, "status": "failed", "notes": outcome.problem}
+        rows[outcome.index] = failed if outcome.row is None else outcome.row
+        if progress is not None:
+            progress(done, len(rows))
+    return rows
