@@ -1,10 +1,16 @@
 """The app: navigation, the dataset folder and the recording picker. ``streamlit run app.py -- --data DIR``."""
 
+import importlib
+import threading
+
 import streamlit as st
 from streamlit.runtime.pages_manager import PagesManager
 
 from corsmal.ui import demo, session
 from corsmal.ui.routes import routes
+
+NETWORKS_AFTER_S = 20.0
+"""The first page and a new demo come first."""
 
 
 def main() -> None:
@@ -37,4 +43,8 @@ else:
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through this file, too
     if demo.is_demo(session.default_folder()):
         demo.begin_ahead()
+    # PyTorch takes seconds to load: it comes while the first pages are looked at
+    networks = threading.Timer(NETWORKS_AFTER_S, importlib.import_module, ("torch",))
+    networks.daemon = True
+    networks.start()
     app = st.App(__file__, routes=routes())

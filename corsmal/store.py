@@ -104,6 +104,15 @@ class Store:
         """
         return writing(path, advice="free the disk or set CORSMAL_CACHE")
 
+    def check_writable(self) -> None:
+        """Make sure that results can be kept.
+
+        Raises:
+            FileError: they cannot.
+        """
+        with self.writing(self.root / "writable") as part:
+            part.touch()
+
     def detections(self, key: str) -> ViewDetections | None:
         """One view's detections, or None where they are not stored."""
         return self._read(self.file("detections", key, ".parquet"), read_parquet)

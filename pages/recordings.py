@@ -2,7 +2,7 @@
 
 import streamlit as st
 
-from corsmal.ui import data, media, session
+from corsmal.ui import data, media, session, sound
 from corsmal.ui.components import guarded
 from corsmal.ui.routes import thumbnail_urls
 from corsmal.ui.tables import LACKS, filter_table, recordings_table
@@ -53,7 +53,6 @@ for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
         st.video(data.playable_video(recording, view=name), loop=True, muted=True)
 if recording.audio_path is not None:
     with guarded():
-        audio = data.audio(recording)
         left, right = st.columns([1, 3], vertical_alignment="bottom")
         channel = left.selectbox("Microphone", [None, *range(8)], format_func=media.channel_name, key="channel")
-        right.audio(media.audio_wav(audio, channel=channel))
+        right.audio(sound.wav(recording, channel=channel, crop_s=None))

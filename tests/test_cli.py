@@ -10,8 +10,8 @@ import torch
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
-from corsmal.batch import load_detections
-from corsmal.commands import recordings
+from corsmal.batch import DetectTask, load_detections
+from corsmal.commands import engines
 from corsmal.dataset import open_dataset
 from corsmal.errors import CorsmalError
 from corsmal.estimation import estimate
@@ -36,11 +36,16 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def detector(monkeypatch):
+    """What the commands detect with, in this process: a fake one, and what was asked for."""
     made = FakeDetector()
     made.asked = []
-    monkeypatch.setattr(
-        recordings, "make_detector", lambda weights, *, is_demo: made.asked.append((weights, is_demo)) or made
-    )
+
+    def open_fake(task):
+        made.asked.append((task.weights and task.weights.name, task.method))
+        return made
+
+    monkeypatch.setattr(DetectTask, "open", open_fake)
+    monkeypatch.setattr(engines, "_default_workers", lambda: 1)
     return made
 
 
@@ -79,11 +84,11 @@ def test_detections_are_kept_in_the_store(tiny_dataset_root, detector, cache):
     command = ["detect", str(tiny_dataset_root), WITHOUT_FILES, "--demo-weights", "--every", "10"]
     result = RUNNER.invoke(cli.app, command)
     assert result.exit_code == 0, result.output
-    assert detector.asked == [(None, True)]
+    assert set(detector.asked) == {("detector.safetensors", "small")}
     found = load_detections(open_dataset(tiny_dataset_root)[WITHOUT_FILES], store=Store(cache))
     for view in METHOD_VIEWS:  # 0 and 10, then 5, 3, 2 and 1 beside the best, which is the first of equals
         assert found.views[view].frames == (0, 1, 2, 3, 5, 10)
-    assert "000002, frames" in result.output
+    assert "1/1" in result.output
     seen = detector.seen
     assert RUNNER.invoke(cli.app, command).exit_code == 0
     assert detector.seen == seen
@@ -92,7 +97,7 @@ def test_detections_are_kept_in_the_store(tiny_dataset_root, detector, cache):
 def test_without_ids_all_recordings_are_inspected_but_views_with_a_file(tiny_dataset_root, detector):
     result = RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root)])
     assert result.exit_code == 0, result.output
-    assert detector.asked == [(None, False)]
+    assert set(detector.asked) == {(None, "coco")}
     assert detector.seen == FRAMES * len(METHOD_VIEWS)
 
 

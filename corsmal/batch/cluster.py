@@ -70,7 +70,9 @@ class DaskCluster:
             return stack.enter_context(Client(address, timeout=TIMEOUT_S))
         except (OSError, ValueError) as error:
             where = self.scheduler or "on this machine"
-            raise CorsmalError(f"the Dask scheduler {where} does not answer ({error}); start it or name another") from error
+            raise CorsmalError(
+                f"the Dask scheduler {where} does not answer ({error}); start it or name another"
+            ) from error
 
 
 def _outcome(future: "Future", index: int) -> Outcome:

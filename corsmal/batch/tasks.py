@@ -6,7 +6,7 @@ The networks themselves stay where they are: each process opens them once.
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Literal
 
@@ -42,6 +42,14 @@ class DetectTask:
     digest: str = ""
     frames: Callable[[str, int, int], None] | None = field(default=None, compare=False)
 
+    def open(self) -> Detector:
+        """Open the network for this process; it stays open for all recordings.
+
+        Raises:
+            CorsmalError: as ``detector``.
+        """
+        return _detector(self)
+
     def detector(self, device: str | None = None) -> Detector:
         """Open the network.
 
@@ -59,9 +67,9 @@ class DetectTask:
 
     def __call__(self, recording: Recording) -> Row:
         """Detect, and keep the detections."""
-        report = None if self.frames is None else lambda done, total: self.frames(recording.id, done, total)
+        report = None if self.frames is None else partial(self.frames, recording.id)
         store = Store(self.cache)
-        detect_recording(recording, _detector(self), store=store, every=self.every, progress=report)
+        detect_recording(recording, self.open(), store=store, every=self.every, progress=report)
         return {"recording_id": recording.id, "status": "detected", "notes": ""}
 
 

@@ -1,13 +1,21 @@
 """The commands of ``python -m corsmal``, and what they share."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.text import Text
 
 from corsmal.errors import CorsmalError
@@ -18,6 +26,9 @@ if TYPE_CHECKING:
 
 console = Console(stderr=True)
 
+RATE_WINDOW_S = 600.0
+"""The rate is that of the last minutes: a recording may take one of them, and those done before take none."""
+
 Root = Annotated[Path, typer.Argument(help="Dataset folder.")]
 Ids = Annotated[list[str] | None, typer.Argument(help="Recordings; all if none is named.")]
 Weights = Annotated[Path | None, typer.Option(help="Weights of Mask R-CNN; default: COCO's, downloaded once.")]
@@ -27,16 +38,36 @@ FeatureFolder = Annotated[
 RunFolder = Annotated[Path, typer.Argument(help="Gets checkpoints, logs and weights; an earlier run there goes on.")]
 
 
+class Report(Protocol):
+    """What ``progress_bar`` yields."""
+
+    def __call__(self, done: float, total: int, what: str = ..., /) -> None:
+        """Say how far the work is, and what it is at if that has changed."""
+
+
+class _Rate(ProgressColumn):
+    """How many of them a minute."""
+
+    def render(self, task: Task) -> Text:
+        return Text("" if not task.speed else f"{60 * task.speed:.3g}/min", style="progress.data.speed")
+
+
 @contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar with the time left; yields what to call with the numbers done and wanted."""
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console) as progress:
+def progress_bar(what: str) -> Iterator[Report]:
+    """A bar with the rate and the time left."""
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _Rate(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, speed_estimate_period=RATE_WINDOW_S) as progress:
         task = progress.add_task(what, total=None)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
+        yield lambda done, total, what=what, /: progress.update(task, completed=done, total=total, description=what)
 
 
-def complain(what: str, error: CorsmalError) -> None:
+def complain(what: str, error: CorsmalError | str) -> None:
     """Print an error's sentence on one line; brackets in the names of files are no markup."""
     console.print(Text.assemble((f"{what}:", "red"), f" {error}"), soft_wrap=True)
 
@@ -51,9 +82,9 @@ def chosen(dataset: "Dataset", ids: list[str] | None) -> "list[Recording]":
     return [dataset[name] for name in ids] if ids else list(dataset)
 
 
-def make_detector(weights: Path | None, *, is_demo: bool) -> "Detector":
-    """The detector that the options ask for."""
+def demo_detector(weights: Path | None = None) -> "Detector":
+    """The demo's detector, with its own weights unless others are named."""
     from corsmal.demo import DETECTOR_WEIGHTS  # noqa: PLC0415 - commands load what they need
-    from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415
+    from corsmal.detection import SmallDetector  # noqa: PLC0415
 
-    return SmallDetector(weights or DETECTOR_WEIGHTS) if is_demo else MaskRCNNDetector(weights)
+    return SmallDetector(weights or DETECTOR_WEIGHTS)

@@ -1,6 +1,7 @@
 """Where the work of a command is done: options, and the engine that they ask for."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -59,13 +60,13 @@ def choose_engine(name: str, *, workers: int | None, scheduler: str | None, reco
     return Processes(count) if count > 1 else in_turn
 
 
-def run(task: "Task", recordings: "Sequence[Recording]", engine: "Engine", *, what: str) -> "list[Row]":
+def run(task: "Task", recordings: "Sequence[Recording]", engine: "Engine") -> "list[Row]":
     """The batch's rows, under a bar; the keyboard ends the program and keeps what was done.
 
     Raises:
         typer.Exit: the keyboard stopped it.
     """
-    from corsmal.batch import run_batch  # noqa: PLC0415 - commands load what they need
+    from corsmal.batch import DetectTask, in_turn, run_batch  # noqa: PLC0415 - commands load what they need
 
     finished = 0
 
@@ -74,8 +75,13 @@ def run(task: "Task", recordings: "Sequence[Recording]", engine: "Engine", *, wh
         finished = done
         progress(done, total)
 
+    def report_frames(name: str, done: int, total: int) -> None:
+        progress(finished + done / max(1, total), len(recordings), f"recordings ({name}: {done} of {total} frames)")
+
+    if engine is in_turn and isinstance(task, DetectTask):
+        task = replace(task, frames=report_frames)
     try:
-        with progress_bar(what) as progress:
+        with progress_bar("recordings") as progress:
             return run_batch(task, recordings, engine=engine, progress=report)
     except KeyboardInterrupt:
         say(f"Stopped after {finished} of {len(recordings)}; what was done is kept, the same command goes on.")

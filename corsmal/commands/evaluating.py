@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from corsmal.commands import FeatureFolder, Root, RunFolder, make_detector, progress_bar, say
+from corsmal.commands import FeatureFolder, Root, RunFolder, demo_detector, progress_bar, say
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,7 +27,7 @@ def detector(
     from corsmal.demo.detector_report import detector_report, detector_table  # noqa: PLC0415 - load what is needed
 
     with progress_bar("frames") as progress:
-        report = detector_report(make_detector(weights, is_demo=True), frames=frames, progress=progress)
+        report = detector_report(demo_detector(weights), frames=frames, progress=progress)
     typer.echo(detector_table(report).round(3).to_string())
     worst = report[report["asked"]].fillna({"iou": 0.0}).sort_values("iou").head(10)
     typer.echo(f"\nThe worst frames:\n{worst.to_string(index=False)}")
@@ -165,7 +165,7 @@ def budget(
         rows = geometry_budget(
             dataset,
             lambda recording: load_detections(recording, store=store).views,
-            detector=make_detector(None, is_demo=True),
+            detector=demo_detector(),
             progress=progress,
         )
     show("MAPE in %, preset paper", budget_table(rows))

@@ -1,21 +1,13 @@
 """Commands on datasets: make one, detect in one, estimate."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from corsmal.commands import (
-    FeatureFolder,
-    Ids,
-    Root,
-    Weights,
-    chosen,
-    complain,
-    make_detector,
-    progress_bar,
-    say,
-)
+from corsmal.commands import FeatureFolder, Ids, Root, Weights, chosen, complain, progress_bar, say
+from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, has_gpu, run
 from corsmal.errors import CorsmalError
 
 
@@ -39,28 +31,42 @@ def demo(
 def detect(
     root: Root,
     ids: Ids = None,
+    *,
     weights: Weights = None,
     demo_weights: Annotated[bool, typer.Option("--demo-weights", help="Use the demo's own small network.")] = False,
     every: Annotated[int, typer.Option(help="Search coarsely first: every so many frames.", min=1)] = 1,
+    engine: EngineName = "local",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
 ) -> None:
-    """Find the containers in recordings' frames and keep the detections in the store."""
-    from corsmal.batch import detect_recording  # noqa: PLC0415
+    """Find the containers in recordings' frames and keep the detections in the store; what is there stays."""
+    from corsmal.batch import DetectTask, in_turn  # noqa: PLC0415 - commands load what they need
     from corsmal.dataset import open_dataset  # noqa: PLC0415
+    from corsmal.demo import DETECTOR_WEIGHTS  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
 
-    dataset, store = open_dataset(root), Store()
-    recordings = chosen(dataset, ids)
-    detector = make_detector(weights, is_demo=demo_weights)
-    failed = 0
-    for recording in recordings:
-        try:
-            with progress_bar(f"{recording.id}, frames") as progress:
-                detect_recording(recording, detector, store=store, every=every, progress=progress)
-        except CorsmalError as error:
-            failed += 1
-            complain(recording.id, error)
+    recordings, store = chosen(open_dataset(root), ids), Store()
+    store.check_writable()
+    gpu = engine == "local" and has_gpu()
+    chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings), gpu=gpu)
+    named = weights or (DETECTOR_WEIGHTS if demo_weights else None)
+    task = DetectTask(
+        store.root.resolve(),
+        method="small" if demo_weights else "coco",
+        weights=None if named is None else named.resolve(),
+        every=every,
+    )
+    # opened before the work begins: weights that cannot be used are one sentence, not one for every recording
+    if chosen_engine is in_turn:
+        task.open()
+    else:
+        task = replace(task, digest=task.detector("cpu").digest)
+    rows = run(task, recordings, chosen_engine)
+    failed = [row for row in rows if row["status"] == "failed"]
+    for row in failed:
+        complain(row["recording_id"], row["notes"])
     if failed:
-        say(f"{failed} of {len(recordings)} recordings failed.")
+        say(f"{len(failed)} of {len(recordings)} recordings failed.")
         raise typer.Exit(1)
 
 
@@ -73,31 +79,38 @@ def estimate(
     filling: Annotated[Path | None, typer.Option(help="Weights of the filling network; default: the demo's.")] = None,
     mass: Annotated[Path | None, typer.Option(help="Weights of the mass network; default: the demo's.")] = None,
     features: FeatureFolder = None,
+    engine: EngineName = "local",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Estimate everything about recordings whose containers were detected; a run that was stopped goes on."""
-    from corsmal.batch import Predictors, estimate_recordings  # noqa: PLC0415
+    from corsmal.batch import EstimateTask  # noqa: PLC0415 - commands load what they need
     from corsmal.dataset import open_dataset  # noqa: PLC0415
     from corsmal.demo import FILLING_WEIGHTS, MASS_WEIGHTS  # noqa: PLC0415
     from corsmal.estimation import training_means  # noqa: PLC0415
     from corsmal.evaluation import estimates_table, write_estimates  # noqa: PLC0415
-    from corsmal.filling import FillingPredictor  # noqa: PLC0415
-    from corsmal.mass import MassPredictor  # noqa: PLC0415
     from corsmal.parameters import SHAPE_PRESETS  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
 
     if preset not in SHAPE_PRESETS:
         raise typer.BadParameter(f"there are the presets {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
-    dataset = open_dataset(root)
-    predictors = Predictors(
+    dataset, store = open_dataset(root), Store()
+    recordings = chosen(dataset, ids)
+    try:
+        store.check_writable()
+    except CorsmalError as error:
+        complain("Nothing will be kept for the next run", error)
+    task = EstimateTask(
+        store.root.resolve(),
         shape=SHAPE_PRESETS[preset],
-        means=training_means(dataset.table),
-        filling=FillingPredictor(filling or FILLING_WEIGHTS),
-        mass=MassPredictor(mass or MASS_WEIGHTS),
-        features=features,
+        means=tuple(training_means(dataset.table).items()),
+        filling=(filling or FILLING_WEIGHTS).resolve(),
+        mass=(mass or MASS_WEIGHTS).resolve(),
+        features=None if features is None else features.resolve(),
     )
-    with progress_bar("recordings") as progress:
-        rows = estimate_recordings(chosen(dataset, ids), predictors, store=Store(), progress=progress)
-    table = estimates_table(rows)
+    task = replace(task, key=task.predictors().key)
+    chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings), gpu=False)
+    table = estimates_table(run(task, recordings, chosen_engine))
     write_estimates(table, out)
     counts = table["status"].value_counts()
     say(f"{out}: " + ", ".join(f"{count} {status}" for status, count in counts.items()))

@@ -10,7 +10,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from corsmal.batch import DetectionSet, load_detections, load_fit
-from corsmal.dataset import Audio, Dataset, Recording, Video, open_dataset
+from corsmal.dataset import Dataset, Recording, Video, open_dataset
 from corsmal.detection import filter_detections
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.estimation import Estimate, Fit, container_mask, estimate, fit_frame
@@ -126,15 +126,6 @@ def fit(
     return fit_frame(recording, found.views, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape)
 
 
-def audio(recording: Recording) -> Audio:
-    """A recording's sound.
-
-    Raises:
-        CorsmalError: it cannot be read.
-    """
-    return _audio(recording_key(recording), _recording=recording)
-
-
 def frame_count(recording: Recording, *, view: str) -> int:
     """How many frames a view has.
 
@@ -239,9 +230,3 @@ def _cameras(key: str, *, _recording: Recording) -> dict[str, Camera]:
             with contextlib.suppress(CorsmalError):
                 found[name] = _recording.views[name].camera()
     return found
-
-
-@st.cache_resource(max_entries=8, show_spinner="Reading the sound")
-def _audio(key: str, *, _recording: Recording) -> Audio:
-    del key
-    return _recording.audio()

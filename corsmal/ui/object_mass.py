@@ -66,7 +66,9 @@ def object_mass(
     labels = ("Container mass", "Filling mass", "Object mass")
     for column, label, value, true in zip(st.columns(3), labels, values, truths, strict=True):
         column.metric(label, grams(value), error_text(value, true), delta_color="off", delta_arrow="off")
-    said = "not known: neither sound nor annotation says" if filling is None else f"{filling.text}, from {filling.source}"
+    said = (
+        "not known: neither sound nor annotation says" if filling is None else f"{filling.text}, from {filling.source}"
+    )
     if filling is not None and filling.mass_g(None) is None:
         said += "; " + ("the capacity is missing" if capacity_ml is None else f"capacity {capacity_ml:.0f} mL")
     annotated = _annotated_filling(recording)

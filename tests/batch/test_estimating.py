@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from corsmal.batch import Predictors, estimate_recordings, estimating, load_estimate
+from corsmal.batch import Predictors, estimating, load_estimate
 from corsmal.dataset import open_dataset
 from corsmal.estimation import estimate, training_means
 from corsmal.parameters import ShapeParameters
@@ -40,21 +40,21 @@ def counted(monkeypatch):
     return ids
 
 
-def test_rows_are_the_estimates_in_order(dataset, store, all_stages):
-    steps = []
-    rows = estimate_recordings(
-        dataset, all_stages, store=store, progress=lambda done, total: steps.append((done, total))
-    )
+def all_rows(dataset, predictors, store):
+    return [load_estimate(recording, predictors, store=store) for recording in dataset]
+
+
+def test_rows_are_the_estimates(dataset, store, all_stages):
+    rows = all_rows(dataset, all_stages, store)
     assert [row["recording_id"] for row in rows] == [recording.id for recording in dataset]
-    assert steps == [(index + 1, len(dataset)) for index in range(len(dataset))]
     alone = estimate(dataset["000000"], means=all_stages.means, filling=all_stages.filling, mass=all_stages.mass)
     assert rows[0] == alone.row()
 
 
 def test_second_run_reads_and_gives_the_same(dataset, store, all_stages, counted):
-    first = estimate_recordings(dataset, all_stages, store=store)
+    first = all_rows(dataset, all_stages, store)
     assert len(counted) == len(dataset)
-    assert estimate_recordings(dataset, all_stages, store=store) == first
+    assert all_rows(dataset, all_stages, store) == first
     assert len(counted) == len(dataset)
 
 
@@ -74,14 +74,6 @@ def test_other_settings_are_estimated_anew(dataset, store, all_stages, counted, 
     assert counted == ["000000"] * 2
 
 
-def test_stopped_run_keeps_what_was_done(dataset, store, all_stages, counted):
-    asked = iter([False, True])
-    rows = estimate_recordings(dataset, all_stages, store=store, cancelled=lambda: next(asked))
-    assert len(rows) == len(counted) == 1
-    estimate_recordings(dataset, all_stages, store=store)
-    assert counted == [recording.id for recording in dataset]
-
-
 def test_broken_recording_is_one_failed_row_with_its_reason(dataset, store, all_stages, tmp_path):
     broken = tmp_path / "broken.pickle"
     broken.write_bytes(b"no calibration")
@@ -90,9 +82,7 @@ def test_broken_recording_is_one_failed_row_with_its_reason(dataset, store, all_
     sound = tmp_path / "broken.wav"
     sound.write_bytes(b"RIFF")
     predictors = replace(all_stages, means={})
-    rows = estimate_recordings(
-        [replace(recording, views=views, audio_path=sound), dataset["000001"]], predictors, store=store
-    )
+    rows = all_rows([replace(recording, views=views, audio_path=sound), dataset["000001"]], predictors, store)
     assert [row["status"] for row in rows] == ["failed", "fitted"]
     assert str(broken) in rows[0]["notes"]
     assert str(sound) in rows[0]["notes"]

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from corsmal.batch import Predictors, estimate_recordings
+from corsmal.batch import Predictors, load_estimate
 from corsmal.batch.runs import Run, data_digest, delete_run, list_runs, load_run, record_run, save_run
 from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError, FileError, NotFoundError
@@ -46,7 +46,8 @@ def assert_same(run: Run, other: Run | None) -> None:
 
 
 def test_a_run_holds_the_estimates_and_what_they_were_made_with(run, dataset, predictors, tmp_path):
-    assert list(run.rows) == estimate_recordings(dataset, predictors, store=Store(tmp_path / "other"))
+    other = Store(tmp_path / "other")
+    assert list(run.rows) == [load_estimate(recording, predictors, store=other) for recording in dataset]
     assert run.is_complete
     assert run.shape == ShapeParameters.paper()
     assert run.networks == {"filling": "fake filling (2, 1)", "mass": "fake mass 20.0"}
