@@ -9,8 +9,7 @@ from streamlit.runtime.pages_manager import PagesManager
 from corsmal.ui import demo, session
 from corsmal.ui.routes import routes
 
-NETWORKS_AFTER_S = 20.0
-"""The first page and a new demo come first."""
+NETWORKS_AFTER_S = 20.0  # the first page and a new demo come first
 
 
 def main() -> None:
