@@ -4,6 +4,7 @@ import streamlit as st
 
 from corsmal.ui import filling, session, sound
 from corsmal.ui.components import guarded
+from corsmal.ui.filling_downloads import downloads
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.viewer import longest_view
 
@@ -32,7 +33,7 @@ def listen() -> None:
     with right:
         filling.controls(recording, crop_s=crop_s, settled=event.settled)
         filling.timeline(picture, recording=recording, prediction=prediction, crop_s=crop_s, cursor=cursor)
-    filling.downloads(recording, crop_s=crop_s, has_answer=prediction is not None)
+    downloads(recording, crop_s=crop_s, has_answer=prediction is not None)
 
 
 filling.weights_note(recording)

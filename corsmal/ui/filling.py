@@ -1,9 +1,7 @@
-"""Pieces of the Filling page: the answer beside the truth, the controls, the timeline, the downloads."""
+"""Pieces of the Filling page: the answer beside the truth, the controls, the timeline."""
 
-from collections.abc import Sequence
 from contextlib import suppress
 
-import pandas as pd
 import streamlit as st
 
 from corsmal.dataset import Recording
@@ -184,48 +182,6 @@ def controls(recording: Recording, *, crop_s: sound.Seconds | None, settled: boo
 def _channel_chosen() -> None:
     number = st.session_state[CHANNEL]
     session.choose(channel=None if number == ALL else number)
-
-
-def downloads(recording: Recording, *, crop_s: sound.Seconds | None, has_answer: bool) -> None:
-    """Buttons for what is heard as a WAV and for the sliding window as a table."""
-    left, right = st.columns(2)
-    channel = session.choice().channel
-    microphone = "mean" if channel is None else f"microphone{channel + 1}"
-    clip = "whole" if crop_s is None else "{:.2f}-{:.2f}s".format(*crop_s)
-    left.download_button(
-        "What is heard as WAV",
-        lambda: sound.wav(recording, channel=channel, crop_s=crop_s),
-        f"{recording.id}_{microphone}_{clip}.wav",
-        icon=":material/download:",
-        on_click="ignore",
-        width="stretch",
-    )
-    right.download_button(
-        "Sliding window as CSV",
-        lambda: windows_table(sound.windows(recording)).to_csv(index=False).encode(),
-        f"{recording.id}_windows.csv",
-        icon=":material/download:",
-        on_click="ignore",
-        disabled=not has_answer,
-        width="stretch",
-    )
-
-
-def windows_table(windows: Sequence[FillingPrediction]) -> pd.DataFrame:
-    """A row per window: where it is, s, what it says, and the probabilities and logits of both heads."""
-    return pd.DataFrame([_window_row(window) for window in windows])
-
-
-def _window_row(window: FillingPrediction) -> dict[str, float | str]:
-    start, end = window.rows or (0, 0)
-    step_s = window.steps_s or 0.0
-    kind, level = window.pair or (0, 0)
-    row: dict[str, float | str] = {"start_s": start * step_s, "end_s": end * step_s}
-    row |= {"type": TYPE_NAMES[kind], "level": LEVEL_NAMES[level]}
-    row |= {f"probability_{name}": share for name, share in window.probabilities.items()}
-    for head, names in HEADS.items():
-        row |= {f"logit_{name}": value for name, value in zip(names, getattr(window, f"{head}_logits"), strict=True)}
-    return row
 
 
 def _truth(recording: Recording) -> dict[str, str]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
 from corsmal.estimation import Fit
+from corsmal.figures.report import Pin
 from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
 from corsmal.mass import AxisRule
@@ -17,6 +18,7 @@ from corsmal.ui import data, mass, session
 from corsmal.ui.components import guarded, plain
 from corsmal.ui.linked_plot import Slider, linked_plot
 from corsmal.ui.mass import MASS_VIEW, Weighed
+from corsmal.ui.pins import pin_button
 
 if TYPE_CHECKING:
     from corsmal.mass import MassModel
@@ -93,15 +95,16 @@ def pictures(recording: Recording, mask: NDArray[np.bool_], weighed: Weighed, *,
     amodal = None
     with guarded():
         amodal = mass.amodal_mask(recording, frame=frame)
+    figure = restoration_figure(
+        data.frame_image(recording, view=MASS_VIEW, frame=frame),
+        mask,
+        weighed.restored,
+        network_input=weighed.network_input,
+        resize=weighed.resize,
+        amodal=amodal,
+    )
     linked_plot(
-        restoration_figure(
-            data.frame_image(recording, view=MASS_VIEW, frame=frame),
-            mask,
-            weighed.restored,
-            network_input=weighed.network_input,
-            resize=weighed.resize,
-            amodal=amodal,
-        ),
+        figure,
         key="restoration",
         label=f"The mask of {MASS_VIEW}, frame {frame}, before and after restoration",
         sliders=[
@@ -120,6 +123,7 @@ def pictures(recording: Recording, mask: NDArray[np.bool_], weighed: Weighed, *,
     )
     if weighed.restored.notes:
         st.caption(f":material/info: {plain('; '.join(weighed.restored.notes))}.")
+    pin_button("the masks", lambda: Pin(f"Mask of {recording.id}, {MASS_VIEW}, frame {frame}", figure), key="masks")
 
 
 def number_inputs(recording: Recording, fit: Fit, numbers: mass.Numbers, *, with_scale: bool) -> None:

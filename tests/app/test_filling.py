@@ -15,6 +15,7 @@ from corsmal.dataset import open_dataset
 from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, FillingPredictor, save_filling
 from corsmal.filling.features import recording_features
 from corsmal.ui import data, filling, sound
+from corsmal.ui.filling_downloads import windows_table
 from corsmal.ui.media import GAIN
 from tests.app.driver import Visitor
 from tests.tiny import SAMPLE_RATE_HZ, write_audio
@@ -194,7 +195,7 @@ def test_windows_slide_across_the_recording(visitor: Visitor, root: Path, weight
         shares = np.array([getattr(window, f"{head}_probabilities") for window in windows])
         np.testing.assert_allclose(np.column_stack([area["y"] for area in areas]), 100 * shares, rtol=1e-4)
         np.testing.assert_allclose(areas[0]["x"], [(start + 21) * ROW_S for start in range(0, 87, 4)], rtol=1e-4)
-    table = filling.windows_table(windows)
+    table = windows_table(windows)
     assert list(table.columns[:4]) == ["start_s", "end_s", "type", "level"]
     read = pd.read_csv(io.StringIO(table.to_csv(index=False)), keep_default_na=False)
     assert read["probability_water"][5] == pytest.approx(windows[5].probabilities["water"])

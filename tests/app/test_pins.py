@@ -31,3 +31,17 @@ def test_what_cannot_be_pinned_is_said_and_nothing_is_pinned(root: Path) -> None
     visitor.press("Pin the pictures")
     assert visitor.crashes == []
     assert pinned(visitor) == []
+
+
+def test_sound_and_masks_are_pinned(sound_root: Path) -> None:
+    visitor = Visitor(sound_root).open("filling")
+    visitor.press("Pin the sound")
+    visitor.open("mass")
+    visitor.press("Pin the masks")
+    assert visitor.crashes == []
+    sound, masks = visitor.test.session_state[pins.KEY]
+    assert sound.title.startswith("Sound of 000000, ")
+    assert sound.title.endswith(", all of it")
+    assert sound.content[:4] == b"RIFF"
+    assert masks.title == "Mask of 000000, view3, frame 5"
+    assert masks.figure.data
