@@ -113,7 +113,7 @@ class _Making:
         self._staging = root / STAGING
         self._complete: dict[str, PlannedRecording] = {}
         self.tasks = [
-            Task(planned, absent, str(self._staging), size)
+            Task(planned, absent, str(self._staging), size, is_awaited=index == 0)
             for index, planned in enumerate(plan)
             for parts in (_FIRST_SPLIT if index == 0 else (PARTS,))
             if (absent := self._absent(planned, parts))

@@ -1,0 +1,90 @@
+"""What a new user does, from the first start to the report, on the built-in demo with the networks that came along."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+pytestmark = pytest.mark.browser
+
+HULL = "Hull, circumferences and cameras in 3D"
+CAMERA = "node => node._fullLayout.scene._scene.getCamera()"
+DEMO_MS = 180_000
+"""Until the first recording was made, or a job ended, on a machine that does something else, too."""
+
+
+@pytest.fixture
+def page(browser_page: Page, serve: Any, tmp_path: Path) -> Page:
+    browser_page.set_viewport_size({"width": 1400, "height": 1100})
+    address = serve("app.py", env={"CORSMAL_CACHE": str(tmp_path / "cache"), "CORSMAL_DATA": ""})
+    browser_page.goto(address)
+    return browser_page
+
+
+def turn_to(page: Page, name: str) -> None:
+    page.get_by_test_id("stSidebar").get_by_role("link", name=name).click()
+    expect(page.get_by_role("heading", name=name, exact=True)).to_be_visible()
+
+
+def plot(page: Page, label: str | re.Pattern[str]) -> Locator:
+    figure = page.get_by_role("group", name=label).locator(".linked-plot-figure")
+    expect(figure.locator(".main-svg").first).to_be_visible(timeout=DEMO_MS)
+    return figure
+
+
+def press(page: Page, name: str) -> None:
+    page.get_by_test_id("stMain").get_by_role("button", name=name).first.click()
+
+
+def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_path: Path) -> None:
+    expect(page.get_by_text("synthetic").first).to_be_visible()
+    expect(page.get_by_role("heading", name="Recording 000000")).to_be_visible(timeout=DEMO_MS)
+
+    turn_to(page, "Frames")
+    press(page, "Find the best frame")
+    plot(page, "Scores of the frames of recording 000000")
+    press(page, "Pin the pictures")
+
+    turn_to(page, "Shape")
+    hull = plot(page, HULL)
+    camera = hull.evaluate(CAMERA)
+    figures = page.get_by_test_id("stMetricValue")
+    before = figures.all_inner_texts()
+    page.get_by_role("slider", name="L, circumferences").press("PageUp")
+    expect(figures).not_to_have_text(before)
+    assert hull.evaluate(CAMERA)["eye"] == pytest.approx(camera["eye"], abs=1e-9)
+    press(page, "Pin the hull")
+
+    turn_to(page, "Filling")
+    plot(page, "Sound of recording 000000")
+    page.get_by_role("slider", name="Start of the crop").press("PageUp")
+    page.wait_for_url(re.compile(r"[?&]crop=0\.50-"))
+    page.get_by_test_id("stAudio").first.evaluate("player => { player.muted = true; return player.play(); }")
+    press(page, "Pin the sound")
+
+    turn_to(page, "Mass")
+    plot(page, re.compile("^The mask of view3"))
+    expect(figures.first).to_have_text(re.compile("g$"))
+
+    turn_to(page, "Evaluation")
+    page.get_by_text("the chosen one (1)").click()
+    press(page, "Run")
+    main = page.get_by_test_id("stMain")
+    main.get_by_text("Recordings", exact=True).click(timeout=DEMO_MS)
+    expect(main.get_by_text("1 of 1 recordings")).to_be_visible()
+    main.get_by_text("Report", exact=True).click()
+    with page.expect_download() as download:
+        press(page, "Report as HTML")
+    report = tmp_path / "report.html"
+    download.value.save_as(report)
+
+    offline = chromium.new_context(offline=True)
+    opened = offline.new_page()
+    opened.goto(report.as_uri())
+    expect(opened.locator(".main-svg").first).to_be_visible()
+    expect(opened.locator("audio")).to_have_count(1)
+    expect(opened.locator("img")).to_have_count(2)
+    expect(opened.get_by_text("red cup").first).to_be_visible()
+    offline.close()
