@@ -5,10 +5,13 @@ import sys
 import typer
 
 from corsmal.commands import complain, evaluating, recordings, training
+from corsmal.commands.doctor import doctor
 from corsmal.errors import CorsmalError
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
-for command in (recordings.demo, recordings.detect, recordings.estimate, evaluating.submit, evaluating.budget):
+for command in (
+    recordings.demo, recordings.detect, recordings.estimate, doctor, evaluating.submit, evaluating.budget,
+):  # fmt: skip
     app.command()(command)
 app.add_typer(training.app, name="train")
 app.add_typer(evaluating.app, name="evaluate")

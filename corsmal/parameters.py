@@ -23,9 +23,13 @@ CentreRule = Literal["both thirds", "horizontal third", "none"]
 CENTRE_RULES: tuple[CentreRule, ...] = get_args(CentreRule)
 """The ladder: where the centre of a box must lie, from the paper's rule to none at all."""
 
+ShapeMethod = Literal["circumferences", "outlines"]
 FitRule = Literal["any", "all"]
-WidthRule = Literal["ends", "widest"]
+WidthRule = Literal["ends", "widest", "whole"]
 HeightReference = Literal["masks", "world", "centroid"]
+
+
+TILT_MAX_DEG, WALL_MAX_MM = 30.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -85,9 +89,19 @@ class ShapeParameters:
         max_difference_mm: d_max, the largest step between neighbouring radii that smoothing keeps.
         fit_rule: a radius is accepted when its circumference fits ``any`` view (the paper) or ``all`` (LoDE).
         width_rule: ``ends`` reads widths and height at the ends of the profile (equations 7 and 8); ``widest`` takes
-            twice the largest radius and the extent of the converged circumferences (LoDE).
+            twice the largest radius and the extent of the converged circumferences (LoDE); ``whole`` takes the first
+            and the last circumference, for hulls that end where the container does.
         height_range: where the circumferences are placed. The paper does not say; default: the axis' own extent in
             the masks plus 20 mm at both ends.
+        method: ``circumferences`` shrinks circles until they fit the masks (the paper, LoDE); ``outlines`` reads the
+            radii from the masks' outlines and looks for the base and the rim. Points, radii, ``max_difference_mm``,
+            ``fit_rule`` and ``height_range`` belong to the first, the following to the second, but ``wall_mm``.
+        tilt_deg: how far the axis is expected to lean; 0: it is vertical.
+        boxes: whether a box is fitted too, and taken where it explains the masks better.
+        all_views: whether the third view joins a pair where it shows the container.
+        frames: how many frames of a recording are fitted; an estimate is the median of those explained best.
+        wall_mm: thickness of a round container's wall, which the capacity leaves out together with what is below a
+            stem's narrowest place; 0: the capacity is the volume of the hull.
     """
 
     circumferences: int = 145
@@ -99,9 +113,15 @@ class ShapeParameters:
     fit_rule: FitRule = "any"
     width_rule: WidthRule = "ends"
     height_range: HeightRange = field(default_factory=HeightRange)
+    method: ShapeMethod = "circumferences"
+    tilt_deg: float = 0.0
+    boxes: bool = False
+    all_views: bool = False
+    frames: int = 1
+    wall_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, least in (("circumferences", 2), ("points", 3), ("radii", 2)):
+        for name, least in (("circumferences", 2), ("points", 3), ("radii", 2), ("frames", 1)):
             if getattr(self, name) < least:
                 raise ArgumentError(f"{name} must be at least {least}, got {getattr(self, name)}")
         if not 0 < self.radius_min_mm < self.radius_max_mm < math.inf:
@@ -111,10 +131,13 @@ class ShapeParameters:
             )
         if not self.max_difference_mm >= 0:
             raise ArgumentError(f"max_difference_mm must not be negative, got {self.max_difference_mm}")
-        if self.fit_rule not in ("any", "all"):
-            raise ArgumentError(f"fit_rule must be 'any' or 'all', got {self.fit_rule!r}")
-        if self.width_rule not in ("ends", "widest"):
-            raise ArgumentError(f"width_rule must be 'ends' or 'widest', got {self.width_rule!r}")
+        for name, choices in (("fit_rule", FitRule), ("width_rule", WidthRule), ("method", ShapeMethod)):
+            if getattr(self, name) not in get_args(choices):
+                raise ArgumentError(f"{name} must be one of {get_args(choices)}, got {getattr(self, name)!r}")
+        if not 0 <= self.tilt_deg <= TILT_MAX_DEG:
+            raise ArgumentError(f"tilt_deg must lie in 0..{TILT_MAX_DEG:g}, got {self.tilt_deg}")
+        if not 0 <= self.wall_mm <= WALL_MAX_MM:
+            raise ArgumentError(f"wall_mm must lie in 0..{WALL_MAX_MM:g}, got {self.wall_mm}")
 
     @classmethod
     def paper(cls) -> "ShapeParameters":
@@ -131,5 +154,22 @@ class ShapeParameters:
             height_range=HeightRange("world", -100.0, 400.0),
         )
 
+    @classmethod
+    def tuned(cls) -> "ShapeParameters":
+        """Outlines instead of circles, a leaning axis, boxes, all views, several frames, and the wall left out."""
+        return cls(
+            method="outlines",
+            width_rule="whole",
+            tilt_deg=3.0,
+            boxes=True,
+            all_views=True,
+            frames=16,
+            wall_mm=1.0,
+        )
 
-SHAPE_PRESETS = {"paper": ShapeParameters.paper(), "lode": ShapeParameters.lode()}
+
+SHAPE_PRESETS = {
+    "paper": ShapeParameters.paper(),
+    "lode": ShapeParameters.lode(),
+    "tuned": ShapeParameters.tuned(),
+}

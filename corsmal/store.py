@@ -2,17 +2,20 @@
 
 A result's key is a digest of everything it depends on, so a result never has to be invalidated, only computed again
 when an input changes. Files are written under another name and renamed, so a reader sees a whole file or none, and
-two processes may write the same result. There is no wait for the disk: a file that a power cut left broken is found
-when it is read, set aside as ``*.broken`` and computed again. The store never stops a computation: what cannot be
-written is simply not kept.
+two processes may write the same result. There is no wait for the disk, but each file holds a checksum: one that a power
+cut left broken, or in which a bit has flipped, is found when it is read, set aside as ``*.broken`` and computed again.
+The store never stops a computation: what cannot be written is simply not kept.
 """
 
 import contextlib
+import hashlib
+import io
 import json
 import os
 import re
 import struct
 import threading
+import time
 import tokenize
 import zipfile
 import zlib
@@ -35,6 +38,9 @@ Result = TypeVar("Result")
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 PROBLEMS_MAX = 20
+KEY = r"[0-9a-f]{32}"
+CHECKSUM_BYTES = 32
+BEGUN_MAX_S = 3600.0
 BROKEN = (
     CorsmalError, OSError, ValueError, TypeError, LookupError, AttributeError, EOFError, ArithmeticError, MemoryError,
     RuntimeError, SyntaxError, tokenize.TokenError, struct.error, zlib.error, zipfile.BadZipFile, pa.ArrowException,
@@ -86,7 +92,7 @@ class Store:
         """
         if not re.fullmatch(r"[a-z0-9_-]+", kind):
             raise ArgumentError(f"kind must be of lower-case letters, digits, - and _, got {kind!r}")
-        if not re.fullmatch(r"[0-9a-f]{32}", key):
+        if not re.fullmatch(KEY, key):
             raise ArgumentError(f"key must come from corsmal.store.digest, got {key!r}")
         if not re.fullmatch(r"\.[a-z0-9]+", suffix):
             raise ArgumentError(f"suffix must be a dot and letters or digits, got {suffix!r}")
@@ -111,7 +117,13 @@ class Store:
             FileError: they cannot.
         """
         with self.writing(self.root / "writable") as part:
-            part.touch()
+            part.write_bytes(bytes(4096))  # a full disk still takes an empty file
+
+    def leftovers(self) -> list[Path]:
+        """Files that nobody reads: those that were set aside, and what killed programs had begun an hour ago."""
+        begun = [path for path in self.root.glob("*/*/.*") if path.is_file()]
+        old = [path for path in begun if time.time() - path.stat().st_mtime > BEGUN_MAX_S]
+        return sorted([*self.root.glob("*/*/*.broken"), *old])
 
     def detections(self, key: str) -> ViewDetections | None:
         """One view's detections, or None where they are not stored."""
@@ -152,7 +164,15 @@ class Store:
             text = json.dumps(dict(value), allow_nan=False)
         except (TypeError, ValueError) as error:
             raise ArgumentError(f"value must be what JSON can hold: {error}") from error
-        return self._write(self.file(kind, key, ".json"), lambda part: part.write_text(text, encoding="utf-8"))
+        content = text.encode()
+        return self._write(
+            self.file(kind, key, ".json"), lambda part: part.write_bytes(content + b"\n" + _checksum(content))
+        )
+
+    def keys(self, kind: str) -> tuple[str, ...]:
+        """The keys of one kind of JSON objects, in no particular order of time."""
+        files = sorted((self.root / kind).glob("*/*.json"))
+        return tuple(path.stem for path in files if re.fullmatch(KEY, path.stem))
 
     def _read(self, path: Path, reader: Callable[[Path], Result]) -> Result | None:
         try:
@@ -182,22 +202,39 @@ class Store:
                 del self._problems[next(iter(self._problems))]
 
 
+def _checksum(content: bytes) -> bytes:
+    """32 hexadecimal digits."""
+    return hashlib.blake2b(content, digest_size=CHECKSUM_BYTES // 2).hexdigest().encode()
+
+
 def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    # Opened here, because np.load leaves a broken file open.
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        return {name: archive[name] for name in archive.files}
+    content = path.read_bytes()
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        # files of earlier versions have no checksum
+        if archive.comment and _checksum(content[:-CHECKSUM_BYTES]) != content[-CHECKSUM_BYTES:]:
+            raise FileError(path, "holds other bytes than were written")
+    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+        return {name: arrays[name] for name in arrays.files}
 
 
 def _write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    buffer = io.BytesIO()
     # np.savez takes its own arguments' names from the arrays' names.
-    with zipfile.ZipFile(path, "w") as archive:
+    with zipfile.ZipFile(buffer, "w") as archive:
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, array, allow_pickle=False)
+        archive.comment = bytes(CHECKSUM_BYTES)
+    content = buffer.getvalue()[:-CHECKSUM_BYTES]
+    path.write_bytes(content + _checksum(content))
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    value = json.loads(path.read_text(encoding="utf-8"))
+    # the checksum stands in a line of its own, which files of earlier versions lack
+    content, newline, checksum = path.read_bytes().partition(b"\n")
+    if newline and checksum != _checksum(content):
+        raise FileError(path, "holds other bytes than were written")
+    value = json.loads(content)
     if not isinstance(value, dict):
         raise FileError(path, "is no JSON object")
     return value

@@ -4,7 +4,7 @@ import streamlit as st
 
 from corsmal.figures import hull_figure, profile_figure
 from corsmal.ui import controls, data, session
-from corsmal.ui.components import guarded, hull_downloads, measures, reprojection
+from corsmal.ui.components import guarded, hull_downloads, measures, recording_measures, reprojection
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.pins import pin_hull
@@ -19,22 +19,26 @@ recording, frames = open_detected()
 def fit_panel() -> None:
     event = plot_event("hull")
     controls.apply_sliders(event)
-    left, middle, right = st.columns([2, 3, 3])
+    left, second, middle, right = st.columns([2, 2, 3, 3])
     with left:
         controls.preset_control()
+    with second:
+        compared = controls.beside_control()
     with middle:
         pair, best = controls.pair_control(recording)
     with right:
         frame = controls.frame_control(best, frames=frames)
     shape = session.choice().shape
     fit = data.fit(recording, pair=pair, frame=frame, centre_rule=best.centre_rule, shape=shape, keep=event.settled)
-    measures(fit, truth=truth(recording))
+    other = data.preset_fit(recording, fit, centre_rule=best.centre_rule, preset=compared)
+    measures(fit, truth=truth(recording), beside=other)
+    beside = None if other is None else (other[0], other[1].hull)
     if fit.hull.ok:
         left, right = st.columns([3, 2])
         with left:
             scope = controls.scope_control()
             linked_plot(
-                hull_figure(fit.hull, fit.dimensions, cameras=data.cameras(recording), scope=scope),
+                hull_figure(fit.hull, fit.dimensions, cameras=data.cameras(recording), scope=scope, beside=beside),
                 key="hull",
                 label="Hull, circumferences and cameras in 3D",
                 sliders=controls.live_sliders(),
@@ -43,7 +47,7 @@ def fit_panel() -> None:
             )
         with right:
             linked_plot(
-                profile_figure(fit.hull, fit.dimensions, truth_mm=truth_profile_mm(recording)),
+                profile_figure(fit.hull, fit.dimensions, truth_mm=truth_profile_mm(recording), beside=beside),
                 key="profile",
                 label="Radius of the circumferences by height",
                 height_px=640,
@@ -52,6 +56,8 @@ def fit_panel() -> None:
     for column, view in zip(st.columns(2), pair, strict=True):
         with column, guarded():
             reprojection(recording, view=view, frame=frame, fit=fit, centre_rule=best.centre_rule, points=shape.points)
+    if st.toggle("Estimate over the whole recording, with intervals", help="Preset `tuned`, several frames together."):
+        recording_measures(data.tuned_estimate(recording), truth=truth(recording))
     controls.other_parameters()
     hull_downloads(recording, fit)
     pin_hull(recording, fit)

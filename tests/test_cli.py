@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
 from corsmal.batch import DetectTask, load_detections
-from corsmal.commands import engines
+from corsmal.commands import engines, recordings
 from corsmal.dataset import open_dataset
 from corsmal.errors import CorsmalError
 from corsmal.estimation import estimate
@@ -21,7 +21,7 @@ from corsmal.mass import MassConfig, MassModel, save_mass
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
 from tests.fakes import FakeDetector
-from tests.tiny import FRAMES
+from tests.tiny import FRAMES, write_tiny_dataset
 
 RUNNER = CliRunner()
 WITHOUT_FILES = "000002"
@@ -238,3 +238,66 @@ def test_filling_is_trained_to_a_file_that_predicts(listened, monkeypatch):
     assert result.exit_code == 0, result.output
     path = Path(result.output.split("Weights: ")[1].strip())
     assert FillingPredictor(path).predict(np.zeros((1, 3, 128), np.float32)).ok
+
+
+def test_doctor_finds_nothing_wrong_with_what_is_whole(tmp_path):
+    root = write_tiny_dataset(tmp_path / "set", recordings=1, frames=3)
+    result = RUNNER.invoke(cli.app, ["doctor", str(root), "--workers", "1"])
+    assert result.exit_code == 0, result.output
+    for part in ("1 recordings", "every file can be read", "of the width", "weights of mass", "GPU", "no problems"):
+        assert part in result.output
+
+
+@pytest.mark.usefixtures("blocked_cache")
+def test_doctor_names_what_is_broken_or_missing(tmp_path):
+    root = write_tiny_dataset(tmp_path / "set", recordings=3, frames=3)
+    (root / "view1" / "calib" / "000000.pickle").write_bytes(b"broken")
+    result = RUNNER.invoke(cli.app, ["doctor", str(root), "--workers", "1"])
+    assert result.exit_code == 1, result.output
+    problems = [line for line in result.output.splitlines() if line.startswith("!")]
+    assert len(problems) == 4
+    assert f"{len(problems)} problems" in result.output
+    for part in ("view2 video is missing in 1 recording: 000001", "audio is missing", "000000.pickle", "file/cache"):
+        assert any(part in line for line in problems), part
+
+
+@pytest.mark.usefixtures("blocked_cache")
+def test_a_store_that_cannot_be_written_is_one_sentence_before_the_work_begins(tiny_dataset_root, networks, tmp_path):
+    with pytest.raises(CorsmalError, match="cannot be written"):
+        RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root), "--demo-weights"], catch_exceptions=False)
+    command = ["estimate", str(tiny_dataset_root), "000000", "--out", str(tmp_path / "table.csv"), *map(str, networks)]
+    result = RUNNER.invoke(cli.app, command)
+    assert result.exit_code == 0, result.output
+    assert "Nothing will be kept" in result.output
+    assert len(read_estimates(tmp_path / "table.csv")) == 1
+
+
+@pytest.fixture
+def blocked_cache(tmp_path, monkeypatch):
+    (tmp_path / "file").write_bytes(b"")
+    monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path / "file" / "cache"))
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--scheduler", "tcp://127.0.0.1:1"], "belongs to --engine dask"),
+        (["--engine", "dask", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "has the workers that it has"),
+        (["--engine", "cloud"], "cloud"),
+        (["--workers", "0"], "--workers"),
+    ],
+)
+def test_engines_that_cannot_be_are_refused(tiny_dataset_root, networks, options, said):
+    result = RUNNER.invoke(cli.app, ["estimate", str(tiny_dataset_root), *map(str, networks), *options])
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.replace("│", " ").split())
+
+
+def test_a_gpu_is_used_by_one_process(tiny_dataset_root, detector, monkeypatch):
+    monkeypatch.setattr(recordings, "has_gpu", lambda: True)
+    monkeypatch.setattr(engines, "_default_workers", lambda: 8)
+    assert RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root)]).exit_code == 0
+    assert detector.seen  # here: in this process
+    refused = RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root), "--workers", "2"])
+    assert refused.exit_code == 2
+    assert "one process alone uses the GPU" in " ".join(refused.output.replace("│", " ").split())

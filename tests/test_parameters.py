@@ -30,6 +30,11 @@ def test_lode_asks_all_views_over_its_fixed_range():
         {"max_difference_mm": float("nan")},
         {"fit_rule": "most"},
         {"width_rule": "middle"},
+        {"method": "guess"},
+        {"tilt_deg": -1},
+        {"tilt_deg": float("nan")},
+        {"wall_mm": 11},
+        {"frames": 0},
     ],
 )
 def test_impossible_shape_parameters_are_refused(changes):

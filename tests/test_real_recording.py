@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from corsmal.dataset import open_dataset
-from corsmal.estimation import container_mask, estimate, file_detections, fit_frame
+from corsmal.estimation import QUANTITIES, container_mask, estimate, file_detections, fit_frame
 from corsmal.parameters import PAIRS, HeightRange, SelectionParameters, ShapeParameters
 from corsmal.shape import Hull, fit_hull
 from tests.shape.test_fitting import slow_radii
@@ -33,6 +33,16 @@ def test_capacity_in_the_first_frame(recording, detections, fit_rule, low_ml, hi
     fit = fit_frame(recording, detections, pair=PAIRS[0], frame=0, centre_rule="horizontal third", shape=shape)
     assert fit.ok
     assert low_ml < fit.dimensions.capacity_ml < high_ml
+
+
+@pytest.mark.parametrize("all_views", [False, True], ids=["two views", "three views"])
+def test_tuned_is_within_six_percent_in_the_first_frame(recording, detections, all_views):
+    shape = replace(ShapeParameters.tuned(), all_views=all_views)
+    fit = fit_frame(recording, detections, pair=PAIRS[0], frame=0, centre_rule="horizontal third", shape=shape)
+    found = np.array([getattr(fit.dimensions, name) for name in QUANTITIES])
+    truth = np.array([520.0, 98.0, 61.0, 119.0])
+    assert fit.hull.depth_mm is None
+    assert np.mean(np.abs(found - truth) / truth) < 0.06
 
 
 def test_the_estimate_uses_the_second_rung_and_the_frame_of_the_highest_score(recording, detections):

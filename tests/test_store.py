@@ -1,5 +1,6 @@
 import json
 import multiprocessing
+import os
 import pickle
 import subprocess
 import sys
@@ -107,8 +108,32 @@ def test_a_broken_file_is_set_aside_and_can_be_written_again(store, suffix, dama
     assert load(store) is not None
 
 
+def plain(found):
+    """What a store gave, in a form that can be compared."""
+    if isinstance(found, ViewDetections):
+        frames = {frame: (each.counts, each.boxes.tolist(), list(each.scores)) for frame, each in found.items()}
+        return frames, found.size, found.source, found.problems
+    return {name: np.asarray(value).tolist() for name, value in found.items()}
+
+
 @pytest.mark.parametrize("suffix", KINDS)
-def test_no_change_of_a_file_s_bytes_raises(store, suffix):
+def test_a_flipped_bit_gives_nothing_or_what_was_written(store, suffix):
+    save, load = KINDS[suffix]
+    save(store)
+    path = the_file(store, suffix)
+    content = path.read_bytes()
+    written = plain(load(store))
+    rng = np.random.default_rng(1)
+    for position in rng.integers(0, len(content), 400):
+        changed = bytearray(content)
+        changed[position] ^= 1 << rng.integers(0, 8)
+        path.write_bytes(changed)
+        found = load(store)
+        assert found is None or plain(found) == written
+
+
+@pytest.mark.parametrize("suffix", KINDS)
+def test_more_damage_gives_nothing_and_raises_nothing(store, suffix):
     save, load = KINDS[suffix]
     save(store)
     path = the_file(store, suffix)
@@ -116,10 +141,20 @@ def test_no_change_of_a_file_s_bytes_raises(store, suffix):
     rng = np.random.default_rng(1)
     for _ in range(150):
         changed = bytearray(content)
-        for position in rng.integers(0, len(content), rng.integers(1, 4)):
-            changed[position] = rng.integers(0, 256)
-        path.write_bytes(changed)
+        for position in rng.integers(0, len(content), rng.integers(2, 9)):
+            changed[position] ^= rng.integers(1, 256)
+        path.write_bytes(changed[: rng.integers(len(content) // 2, len(content) + 1)])
         load(store)
+
+
+def test_files_of_earlier_versions_without_checksums_are_read(store):
+    for suffix in (".json", ".npz"):
+        path = store.file("old", KEY, suffix)
+        path.parent.mkdir(parents=True, exist_ok=True)
+    store.file("old", KEY, ".json").write_text('{"a": 1}', encoding="utf-8")
+    np.savez(store.file("old", KEY, ".npz"), a=np.arange(3))
+    assert store.json("old", KEY) == {"a": 1}
+    assert store.arrays("old", KEY)["a"].tolist() == [0, 1, 2]
 
 
 def test_a_pickle_in_place_of_arrays_is_not_read(store):
@@ -147,11 +182,47 @@ def test_a_full_disk_leaves_the_older_file_and_nothing_else(store, monkeypatch):
         part.touch()
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_text", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     assert store.save_json("fits", KEY, {"a": 2}) is False
     assert "No space left on device" in store.problems[-1]
     assert files(store) == [f"{KEY}.json"]
     assert store.json("fits", KEY) == {"a": 1}
+
+
+@pytest.mark.parametrize("suffix", KINDS)
+def test_a_disk_that_fills_up_while_writing_leaves_the_older_file_and_nothing_else(store, suffix):
+    save, load = KINDS[suffix]
+    save(store)
+    program = (
+        "import resource, signal, sys; from pathlib import Path; from tests.test_store import KINDS, Store\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); resource.setrlimit(resource.RLIMIT_FSIZE, (40, 40))\n"
+        "store = Store(Path(sys.argv[1])); saved = KINDS[sys.argv[2]][0](store)\n"
+        "sys.exit(saved or 'cannot be written' not in store.problems[-1])\n"
+    )
+    repository = Path(__file__).resolve().parents[1]
+    subprocess.run([sys.executable, "-c", program, str(store.root), suffix], check=True, cwd=repository)
+    assert files(store) == [f"{KEY}{suffix}"]
+    assert load(store) is not None
+
+
+def test_a_store_is_writable_or_says_why_not(store, blocked):
+    store.check_writable()
+    assert files(store) == ["writable"]
+    with pytest.raises(FileError, match="cannot be written"):
+        blocked.check_writable()
+
+
+def test_what_a_killed_program_left_is_no_result_and_is_told(store):
+    store.save_json("runs", KEY, {})
+    path = store.file("runs", KEY, ".json")
+    begun = path.with_name(f".{path.stem}.{'0' * 32}.json")
+    begun.write_text("{", encoding="utf-8")
+    assert store.keys("runs") == (KEY,)
+    assert store.leftovers() == []  # another program may be writing it
+    os.utime(begun, (0, 0))
+    path.write_bytes(b"")
+    assert store.json("runs", KEY) is None
+    assert {left.name for left in store.leftovers()} == {begun.name, f"{path.name}.broken"}
 
 
 class StoppedError(Exception):
@@ -220,9 +291,9 @@ def test_eight_threads_may_write_and_read_one_result(store, suffix):
     assert store.problems == ()
 
 
-def test_two_processes_may_write_one_result(store):
-    values = [np.full(20_000, value) for value in range(8)]
-    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as processes:
+def test_eight_processes_may_write_one_result(store):
+    values = [np.full(20_000, value) for value in range(64)]
+    with ProcessPoolExecutor(8, mp_context=multiprocessing.get_context("spawn")) as processes:
         saved = [processes.submit(store.save_arrays, "hulls", KEY, a=value) for value in values]
         while not all(future.done() for future in saved):
             found = store.arrays("hulls", KEY)

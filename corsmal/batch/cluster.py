@@ -64,7 +64,10 @@ class DaskCluster:
         try:
             address = self.scheduler or stack.enter_context(
                 LocalCluster(
-                    n_workers=self.workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+                    n_workers=self.workers,
+                    threads_per_worker=1,
+                    dashboard_address="127.0.0.1:0",
+                    silence_logs=logging.CRITICAL,
                 )
             )
             return stack.enter_context(Client(address, timeout=TIMEOUT_S))
@@ -81,7 +84,11 @@ def _outcome(future: "Future", index: int) -> Outcome:
         error = future.exception()
     except CancelledError as lost:
         raise CorsmalError("the Dask scheduler was lost; what was done is kept, the same command goes on") from lost
+    if isinstance(error, RuntimeError) and "deserialization" in str(error):
+        raise CorsmalError(
+            "the cluster cannot load this version of corsmal; start its scheduler and workers in the repository's folder"
+        ) from error
     if error is not None:
-        return Outcome(index, problem=f"its worker ended: {error}")
+        return Outcome(index, problem=f"its worker ended: {' '.join(str(error).split())}")
     outcome: Outcome = future.result()
     return outcome

@@ -1,7 +1,9 @@
 """Detecting in recordings, with what was found kept in the store."""
 
+import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from corsmal.dataset import Recording, View
 from corsmal.detection import Detections, Detector, ViewDetections, detect_view
@@ -10,6 +12,12 @@ from corsmal.estimation import read_view_detections
 from corsmal.parameters import METHOD_VIEWS, PAIRS
 from corsmal.selection import select_best_frame
 from corsmal.store import Store, digest, file_fingerprint
+
+if TYPE_CHECKING:
+    from corsmal.dataset import Video
+
+KEEP_EVERY_S = 10.0
+"""A process that dies loses no more of its work than these."""
 
 COARSEST = 16
 """The first frames to be inspected are so far apart: results are spread over the video from the start."""
@@ -108,7 +116,8 @@ def detect_recording(
         if kept is not None:
             kept()
     for level in range(levels):
-        frames = _beside_the_best(load_detections(recording, store=store), -(-every // 2 ** (level + 1)))
+        frames = _beside_the_best(load_detections(recording, store=store), seen, -(-every // 2 ** (level + 1)))
+        seen.update(frames)
         for work in works:
             work.inspect([frame for frame in frames if 0 <= frame < work.frame_count], report, stop)
             done += beside
@@ -140,9 +149,14 @@ def _strides(every: int) -> list[int]:
     return [every * 2**power for power in range(doublings, -1, -1)]
 
 
-def _beside_the_best(detections: DetectionSet, step: int) -> list[int]:
-    """The frames a step before and after the best frame of each pair."""
-    found = [select_best_frame(detections.views, pair=pair).frame for pair in PAIRS]
+def _beside_the_best(detections: DetectionSet, seen: set[int], step: int) -> list[int]:
+    """The frames a step before and after the best frame of each pair.
+
+    Only frames that this search has seen are asked for, whatever else the store holds: a search that is begun again
+    takes the same way, and finds it done.
+    """
+    views = {name: {frame: view[frame] for frame in seen.intersection(view)} for name, view in detections.views.items()}
+    found = [select_best_frame(views, pair=pair).frame for pair in PAIRS]
     return sorted({frame + side for frame in found if frame is not None for side in (-step, step)})
 
 
@@ -163,32 +177,45 @@ class _ViewWork:
             self.frame_count = video.frame_count
 
     def inspect(self, frames: Iterable[int], report: Callable[[int], None], stop: Callable[[], bool]) -> None:
-        """Detect in those frames that were not inspected yet, and keep the results."""
-        earlier: Mapping[int, Detections] = self._found or {}
+        """Detect in those frames that were not inspected yet, and keep the results every few seconds."""
         asked = list(frames)
-        wanted = [frame for frame in asked if frame not in earlier]
-        skipped = len(asked) - len(wanted)
-        report(skipped)
+        wanted = [frame for frame in asked if frame not in (self._found or {})]
+        report(len(asked) - len(wanted))
         if wanted and not stop():
             with self._view.video() as video:
-                found = detect_view(
-                    video,
-                    self._detector,
-                    frames=wanted,
-                    progress=lambda done, _total: report(skipped + done),
-                    cancelled=stop,
-                )
-            by_frame = {**earlier, **found}
-            self._found = ViewDetections(by_frame, size=found.size, source=found.source, problems=_unread(found))
-            if not self._store.save_detections(self._key, self._found):
-                raise FileError(self._store.root, f"the detections could not be kept: {self._store.problems[-1]}")
+                while wanted and not stop():
+                    found = self._detect(video, wanted, len(asked) - len(wanted), report, stop)
+                    wanted = [frame for frame in wanted if frame not in found]
+                    if any("cannot be read" in problem for problem in found.problems):
+                        break
         if self._found is not None:
             self._store.save_json("latest", _latest_key(self._view), {"detections": self._key})
 
+    def _detect(
+        self, video: "Video", frames: list[int], done: int, report: Callable[[int], None], stop: Callable[[], bool]
+    ) -> ViewDetections:
+        """Detect for a few seconds, one batch of frames at least, and keep what was found."""
+        end_s = time.monotonic() + KEEP_EVERY_S
+        batches: list[int] = []
 
-def _unread(found: ViewDetections) -> tuple[str, ...]:
-    """What was wrong with the video; that not all frames were inspected is no problem of it."""
-    return tuple(problem for problem in found.problems if "cannot be read" in problem)
+        def note(more: int, _total: int) -> None:
+            batches.append(more)
+            report(done + more)
+
+        found = detect_view(
+            video,
+            self._detector,
+            frames=frames,
+            progress=note,
+            cancelled=lambda: stop() or (bool(batches) and time.monotonic() > end_s),
+        )
+        # read again: another process may have kept frames of the same view in the meantime
+        earlier: Mapping[int, Detections] = self._store.detections(self._key) or self._found or {}
+        problems = tuple(problem for problem in found.problems if "cannot be read" in problem)
+        self._found = ViewDetections({**earlier, **found}, size=found.size, source=found.source, problems=problems)
+        if not self._store.save_detections(self._key, self._found):
+            raise FileError(self._store.root, f"the detections could not be kept: {self._store.problems[-1]}")
+        return found
 
 
 def _stored(view: View, store: Store) -> tuple[str, ViewDetections | None]:

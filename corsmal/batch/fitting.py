@@ -1,14 +1,20 @@
 """Hulls of single frames, kept in the store."""
 
+from typing import Any
+
 import numpy as np
 
 from corsmal.batch.detecting import DetectionSet
 from corsmal.dataset import Recording
 from corsmal.estimation import Fit, fit_frame
-from corsmal.parameters import CentreRule, SelectionParameters, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, CentreRule, SelectionParameters, ShapeParameters
 from corsmal.selection import Pair
 from corsmal.shape import Hull, measure_hull
 from corsmal.store import Store, digest, file_fingerprint
+
+ARRAYS = ("heights_mm", "radii_mm", "converged", "centroid_m", "direction")
+NUMBERS = ("depth_mm", "yaw", "overlap")
+"""What is kept of a hull; a number that it does not have is kept as NaN."""
 
 
 def load_fit(
@@ -26,7 +32,7 @@ def load_fit(
     key = digest(
         "fit",
         detections.key,
-        [calibrations.get(name) for name in pair],
+        [calibrations.get(name) for name in (METHOD_VIEWS if shape.all_views else pair)],
         pair,
         frame,
         centre_rule,
@@ -34,19 +40,20 @@ def load_fit(
         shape,
     )
     kept = store.arrays("fits", key)
-    if kept is not None and {"heights_mm", "radii_mm", "converged", "centroid_m"} <= set(kept):
-        hull = Hull(kept["heights_mm"], kept["radii_mm"], kept["converged"], kept["centroid_m"])
+    if kept is not None and set(ARRAYS) | set(NUMBERS) <= set(kept):
+        parts: dict[str, Any] = {name: kept[name] for name in ARRAYS}
+        parts |= {name: float(kept[name]) for name in NUMBERS if np.isfinite(kept[name])}
+        hull = Hull(**parts)
         return Fit(pair, frame, hull, measure_hull(hull, shape))
     fit = fit_frame(recording, detections.views, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape)
     hull = fit.hull
     if hull.ok and hull.centroid_m is not None:
+        numbers = {name: getattr(hull, name) for name in NUMBERS}
         store.save_arrays(
             "fits",
             key,
-            heights_mm=hull.heights_mm,
-            radii_mm=hull.radii_mm,
-            converged=np.asarray(hull.converged),
-            centroid_m=hull.centroid_m,
+            **{name: np.asarray(getattr(hull, name)) for name in ARRAYS},
+            **{name: np.array(np.nan if value is None else value) for name, value in numbers.items()},
         )
     return fit
 

@@ -68,7 +68,7 @@ class Processes:
                     yield outcome
         finally:
             for worker in workers:
-                worker.stop()
+                worker.stop(is_busy=worker in doing)
             for worker in workers:
                 worker.join()
 
@@ -103,9 +103,10 @@ class _Worker:
         killed = " (too little memory?)" if code == -signal.SIGKILL else ""
         return f"by signal {-code}{killed}" if code < 0 else f"with exit status {code}"
 
-    def stop(self) -> None:
-        self.connection.close()
-        self._process.terminate()
+    def stop(self, *, is_busy: bool) -> None:
+        self.connection.close()  # which an idle process takes for the end
+        if is_busy:
+            self._process.terminate()
 
     def join(self) -> None:
         self._process.join(FAREWELL_S)

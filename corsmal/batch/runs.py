@@ -139,7 +139,7 @@ def load_run(name: str, *, dataset: str | Path, store: Store) -> Run | None:
 
 def list_runs(*, store: Store, dataset: str | Path | None = None) -> list[Run]:
     """The runs that are kept, the newest first; of one dataset's folder if it is named."""
-    found = [_run_of(store.json(KIND, path.stem)) for path in sorted((store.root / KIND).glob("*/*.json"))]
+    found = [_run_of(store.json(KIND, key)) for key in store.keys(KIND)]
     runs = [run for run in found if run is not None and dataset in (None, run.dataset, Path(run.dataset))]
     return sorted(runs, key=lambda run: run.created, reverse=True)
 

@@ -151,25 +151,39 @@ def submit(
 def budget(
     root: Root,
     scatter: Annotated[Path | None, typer.Option(help="HTML file for View Scores against errors.")] = None,
+    *,
+    preset: Annotated[str, typer.Option(help="Parameters of the fit: paper, lode or tuned.")] = "paper",
+    ablation: Annotated[bool, typer.Option("--ablation", help="All presets, tuned less each of its parts.")] = False,
 ) -> None:
     """Show which stage of the geometry loses what, on a demo whose containers were detected."""
     from corsmal.batch import load_detections  # noqa: PLC0415
     from corsmal.dataset import open_dataset  # noqa: PLC0415
+    from corsmal.demo.ablation import ablation_errors, ablation_table  # noqa: PLC0415
     from corsmal.demo.budget import budget_table, geometry_budget, score_against_error  # noqa: PLC0415
     from corsmal.figures.scores import score_error_figure  # noqa: PLC0415
     from corsmal.files import writing  # noqa: PLC0415
+    from corsmal.parameters import SHAPE_PRESETS  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
 
-    dataset, store = open_dataset(root), Store()
+    if preset not in SHAPE_PRESETS:
+        raise typer.BadParameter(f"there are {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
+    dataset, store, shape = open_dataset(root), Store(), SHAPE_PRESETS[preset]
     with progress_bar("recordings") as progress:
+        if ablation:
+            errors = ablation_errors(
+                dataset, lambda recording: load_detections(recording, store=store).views, progress=progress
+            )
+            show("MAPE in %, and % of the truths inside their 90 % intervals", ablation_table(errors))
+            return
         rows = geometry_budget(
             dataset,
             lambda recording: load_detections(recording, store=store).views,
             detector=demo_detector(),
+            shape=shape,
             progress=progress,
         )
-    show("MAPE in %, preset paper", budget_table(rows))
-    scores = score_against_error(dataset)
+    show(f"MAPE in %, preset {preset}", budget_table(rows))
+    scores = score_against_error(dataset, shape=shape)
     correlation = scores["rank"].corr(scores["error_rank"])
     typer.echo(f"View Score against error of a frame, rank correlation within recordings: {correlation:+.2f}")
     if scatter is not None:

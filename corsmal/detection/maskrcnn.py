@@ -1,6 +1,5 @@
 """Mask R-CNN with a ResNet-50 FPN backbone, torchvision's, trained on COCO (He et al., ICCV 2017)."""
 
-import os
 import pickle
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +10,7 @@ import torch
 from torchvision.models.detection import MaskRCNN, maskrcnn_resnet50_fpn
 
 from corsmal.detection.torch_detector import TorchDetector
-from corsmal.detection.weights import COCO_WEIGHTS_URL, coco_weights, file_sha256
+from corsmal.detection.weights import COCO_WEIGHTS_URL, coco_weights, coco_weights_file, file_sha256
 from corsmal.errors import ArgumentError, FileError
 
 CLASS_COUNT = 91
@@ -57,7 +56,7 @@ class MaskRCNNDetector(TorchDetector):
             raise ArgumentError(f"score_min must lie in 0..1, got {score_min}")
         if image_side_min_px < 1:
             raise ArgumentError(f"image_side_min_px must be positive, got {image_side_min_px}")
-        path = coco_weights(_weights_folder(), progress=progress) if weights is None else Path(weights)
+        path = coco_weights(coco_weights_file().parent, progress=progress) if weights is None else Path(weights)
         sha256, state = _read_weights(path, check_name=weights is None)
         network = maskrcnn_resnet50_fpn(
             weights=None,
@@ -73,10 +72,6 @@ class MaskRCNNDetector(TorchDetector):
             digest=f"Mask R-CNN {sha256}, score {score_min!r}, side {image_side_min_px}",
             device=device,
         )
-
-
-def _weights_folder() -> Path:
-    return Path(os.environ.get("CORSMAL_WEIGHTS") or Path(torch.hub.get_dir(), "checkpoints"))
 
 
 def _read_weights(path: Path, *, check_name: bool) -> tuple[str, dict[str, torch.Tensor]]:

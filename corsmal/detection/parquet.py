@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 from corsmal.detection.record import Detections
 from corsmal.detection.rle import as_rle
 from corsmal.detection.view import ViewDetections
+from corsmal.digests import digest
 from corsmal.errors import FileError
 
 BOX_COLUMNS = ("x_min_px", "y_min_px", "x_max_px", "y_max_px")
@@ -39,7 +40,9 @@ def write_parquet(view_detections: ViewDetections, path: Path) -> None:
         "problems": view_detections.problems,
         "frames": view_detections.frames,
     }
-    table = pa.table(columns).replace_schema_metadata({METADATA_KEY: json.dumps(view)})
+    table = pa.table(columns)
+    view["digest"] = _digest(view, table)
+    table = table.replace_schema_metadata({METADATA_KEY: json.dumps(view)})
     pq.write_table(table, path, compression="zstd", write_page_checksum=True)
 
 
@@ -57,6 +60,10 @@ def read_parquet(path: Path) -> ViewDetections:
     if METADATA_KEY not in metadata:
         raise FileError(path, "is no file of detections")
     view = json.loads(metadata[METADATA_KEY])
+    # Parquet's own checksums leave out the metadata; files of earlier versions have no digest
+    written = view.pop("digest", None)
+    if written is not None and written != _digest(view, table):
+        raise FileError(path, "holds other detections than were written")
     size = (view["size"][0], view["size"][1])
     boxes = np.column_stack([table[name].to_numpy() for name in BOX_COLUMNS])
     scores, labels, row_frames = (table[name].to_numpy() for name in ("score", "label", "frame"))
@@ -68,3 +75,10 @@ def read_parquet(path: Path) -> ViewDetections:
     if sum(map(len, by_frame.values())) != len(scores):
         raise FileError(path, "holds detections of frames that it does not list")
     return ViewDetections(by_frame, size=size, source=view["source"], problems=tuple(view["problems"]))
+
+
+def _digest(view: dict[str, Any], table: pa.Table) -> str:
+    """Of everything that is in a file."""
+    masks = table["mask_rle"].to_pylist()
+    columns = {name: table[name].to_numpy() for name in table.column_names if name != "mask_rle"}
+    return digest(json.dumps(view), columns, np.array([len(counts) for counts in masks]), b"".join(masks))

@@ -1,18 +1,24 @@
 """One recording to one estimate: detections, best frame, hull, container mass, filling."""
 
 from corsmal.estimation.detected import container_mask, file_detections, read_view_detections
-from corsmal.estimation.estimate import MEANS, Estimate, Status, estimate, mass_inputs, training_means
+from corsmal.estimation.estimate import estimate, mass_inputs, training_means
 from corsmal.estimation.fit import QUANTITIES, Fit, fit_frame
+from corsmal.estimation.records import MEANS, Estimate, Status
+from corsmal.estimation.several import Combined, Interval, combine_fits, fit_best_frames
 
 __all__ = [
     "MEANS",
     "QUANTITIES",
+    "Combined",
     "Estimate",
     "Fit",
+    "Interval",
     "Status",
+    "combine_fits",
     "container_mask",
     "estimate",
     "file_detections",
+    "fit_best_frames",
     "fit_frame",
     "mass_inputs",
     "read_view_detections",

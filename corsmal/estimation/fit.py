@@ -1,14 +1,19 @@
 """The hull of one pair of views in one frame, measured."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
 from corsmal.detection import Detections
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.estimation.detected import container_mask
-from corsmal.parameters import CentreRule, SelectionParameters, ShapeParameters
+from corsmal.geometry import Camera
+from corsmal.parameters import METHOD_VIEWS, CentreRule, SelectionParameters, ShapeParameters
 from corsmal.selection import FrameDetections, Pair
 from corsmal.shape import Dimensions, Hull, fit_hull, measure_hull
 
@@ -19,7 +24,7 @@ QUANTITIES = ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm")
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The hull of one pair of views in one frame.
+    """The hull of one pair of views in one frame; the third view may have joined.
 
     Args:
         pair: the two views.
@@ -57,27 +62,55 @@ def fit_frame(
         pair: the two views.
         frame: frame index.
         centre_rule: the rung of the ladder with which the container is chosen.
-        shape: parameters of the fit; default: the paper's.
+        shape: parameters of the fit; default: the paper's. With ``all_views`` the third view joins where it shows the
+            container and agrees with the pair.
         selection: parameters of the filter; default: the paper's.
 
     Returns:
         The fit; a missing camera, view or container is a failed one with the reason.
     """
     shape, selection = shape or ShapeParameters.paper(), selection or SelectionParameters()
-    try:
-        cameras = [_view_item(recording.views, name, "video").camera() for name in pair]
-        detections = [_frame_item(_view_item(views, name, "detections"), frame, name) for name in pair]
-    except (FileError, NotFoundError) as error:
-        return _failed_fit(pair, frame, str(error))
-    masks = [container_mask(item, centre_rule=centre_rule, parameters=selection) for item in detections]
-    for name, mask in zip(pair, masks, strict=True):
-        if not mask.any():
-            return _failed_fit(pair, frame, f"{name} has no container in frame {frame}")
+    seen = {}
+    for name in pair:
+        try:
+            seen[name] = _seen(recording, views, name, frame, centre_rule=centre_rule, selection=selection)
+        except (FileError, NotFoundError) as error:
+            return _failed_fit(pair, frame, str(error))
+    if shape.all_views:
+        for name in [name for name in METHOD_VIEWS if name not in pair]:
+            with suppress(FileError, NotFoundError):
+                seen[name] = _seen(recording, views, name, frame, centre_rule=centre_rule, selection=selection)
+    cameras, masks = zip(*seen.values(), strict=True)
     try:
         hull = fit_hull(cameras, masks, shape)
+        if not hull.ok and len(seen) > len(pair):
+            hull = fit_hull(cameras[: len(pair)], masks[: len(pair)], shape)
     except ArgumentError as error:
         return _failed_fit(pair, frame, str(error))
     return Fit(pair, frame, hull, measure_hull(hull, shape))
+
+
+def _seen(
+    recording: Recording,
+    views: Mapping[str, FrameDetections],
+    name: str,
+    frame: int,
+    *,
+    centre_rule: CentreRule,
+    selection: SelectionParameters,
+) -> tuple[Camera, NDArray[np.bool_]]:
+    """The camera of a view and the container's mask in one of its frames.
+
+    Raises:
+        FileError: the calibration cannot be read.
+        NotFoundError: there is no such view or frame, or no container in it.
+    """
+    camera = _view_item(recording.views, name, "video").camera()
+    detections = _frame_item(_view_item(views, name, "detections"), frame, name)
+    mask = container_mask(detections, centre_rule=centre_rule, parameters=selection)
+    if not mask.any():
+        raise NotFoundError(f"{name} has no container in frame {frame}")
+    return camera, mask
 
 
 def _failed_fit(pair: Pair, frame: int | None, reason: str) -> Fit:

@@ -7,7 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from corsmal.figures.style import BEST, DROPPED, HULL, RING, VIEW_COLOURS, Part, axis, plain_layout
+from corsmal.figures.style import BESIDE, BEST, DROPPED, HULL, RING, VIEW_COLOURS, Part, axis, plain_layout
 from corsmal.geometry import Camera
 from corsmal.shape import Dimensions, Hull, circumference_points, hull_mesh
 
@@ -21,7 +21,12 @@ Scope = Literal["container", "cameras"]
 
 
 def hull_figure(
-    hull: Hull, dimensions: Dimensions, *, cameras: Mapping[str, Camera], scope: Scope = "container"
+    hull: Hull,
+    dimensions: Dimensions,
+    *,
+    cameras: Mapping[str, Camera],
+    scope: Scope = "container",
+    beside: tuple[str, Hull] | None = None,
 ) -> go.Figure:
     """The hull as a surface with its circumferences, each camera as a frustum with its ray to the centroid.
 
@@ -30,11 +35,14 @@ def hull_figure(
         dimensions: marks the circumferences that smoothing dropped and the two ends.
         cameras: by view.
         scope: ``container`` frames the hull, ``cameras`` the whole set-up. Both are to scale.
+        beside: name and hull of another fit, drawn over it.
 
     Returns:
         A 3D figure in world millimetres.
     """
     traces = [_surface(hull), *_circumferences(hull, dimensions)] if hull.ok else []
+    if beside is not None and beside[1].ok:
+        traces.append(_surface(beside[1]) | {"name": beside[0], "color": BESIDE, "opacity": 0.35, "showlegend": True})
     traces += [_camera(view, camera, target_m=hull.centroid_m) for view, camera in cameras.items()]
     scene = {
         **{f"{name}axis": axis(f"{name} (mm)") for name in "xyz"},

@@ -3,12 +3,16 @@
 import numpy as np
 import plotly.graph_objects as go
 
-from corsmal.figures.style import BEST, DROPPED, HULL, TRUTH, Part, axis, plain_layout
+from corsmal.figures.style import BESIDE, BEST, DROPPED, HULL, TRUTH, Part, axis, plain_layout
 from corsmal.shape import Dimensions, Hull
 
 
 def profile_figure(
-    hull: Hull, dimensions: Dimensions, *, truth_mm: tuple[float, float, float] | None = None
+    hull: Hull,
+    dimensions: Dimensions,
+    *,
+    truth_mm: tuple[float, float, float] | None = None,
+    beside: tuple[str, Hull] | None = None,
 ) -> go.Figure:
     """Radius against height, as one would see the container from the side.
 
@@ -16,6 +20,7 @@ def profile_figure(
         hull: the fitted hull.
         dimensions: marks what smoothing kept and the two ends.
         truth_mm: annotated bottom width, top width and height, drawn as a frustum that starts at the lower end.
+        beside: name and hull of another fit, drawn over it.
 
     Returns:
         A figure with equal scales on both axes.
@@ -29,7 +34,10 @@ def profile_figure(
     }
     if truth_mm is not None and dimensions.bottom is not None:
         traces.append(_annotated(*truth_mm, base_mm=float(hull.heights_mm[dimensions.bottom])))
-    widest_mm = max(float(hull.radii_mm.max(initial=1.0)), *(width / 2 for width in (truth_mm or (0.0, 0.0))[:2]))
+    if beside is not None and beside[1].ok:
+        traces.append(_beside(*beside))
+    radii_mm = hull.radii_mm if beside is None else np.concatenate([hull.radii_mm, beside[1].radii_mm])
+    widest_mm = max(float(radii_mm.max(initial=1.0)), *(width / 2 for width in (truth_mm or (0.0, 0.0))[:2]))
     layout = plain_layout(
         shapes=[_across(height_mm) for height_mm in marks.values()],
         annotations=[_caption(text, height_mm) for text, height_mm in marks.items()],
@@ -61,6 +69,18 @@ def _radii(hull: Hull, dimensions: Dimensions) -> list[Part]:
         for name, chosen, marker, mode in groups
         if chosen.any()
     ]
+
+
+def _beside(name: str, hull: Hull) -> Part:
+    return {
+        "type": "scatter",
+        "x": hull.radii_mm[hull.converged],
+        "y": hull.heights_mm[hull.converged],
+        "name": name,
+        "mode": "lines",
+        "line": {"color": BESIDE, "width": 3},
+        "hovertemplate": f"{name}: radius %{{x:.1f}} mm<br>z %{{y:.1f}} mm",
+    }
 
 
 def _annotated(bottom_mm: float, top_mm: float, height_mm: float, *, base_mm: float) -> Part:

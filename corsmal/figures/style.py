@@ -13,6 +13,8 @@ VIEW_COLOURS = {"view1": "#E69F00", "view2": "#009E73", "view3": "#3B8EDE", "vie
 CONTAINER = "#14B8A6"
 HULL = "#5B8DEF"
 RING = "#2F5BB7"
+BESIDE = "#E69F00"
+"""A hull that another one is compared with."""
 PENALTY = "#D55E00"
 BEST = "#CC79A7"
 DROPPED = "#D55E00"

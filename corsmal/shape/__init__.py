@@ -1,9 +1,10 @@
-"""The hull: a solid of revolution fitted to two masks, its measures and its mesh (paper 3.2)."""
+"""The hull: a solid of revolution or a box fitted to masks, its measures and its mesh (paper 3.2)."""
 
 from corsmal.shape.exporting import MESH_FORMATS, export_mesh, hull_mesh, profile_table
-from corsmal.shape.fitting import circumference_points, fit_hull, on_mask
+from corsmal.shape.fitting import fit_hull, on_mask
 from corsmal.shape.measuring import measure_hull
 from corsmal.shape.records import Dimensions, Hull
+from corsmal.shape.sections import circumference_points, silhouettes
 
 __all__ = [
     "MESH_FORMATS",
@@ -16,4 +17,5 @@ __all__ = [
     "measure_hull",
     "on_mask",
     "profile_table",
+    "silhouettes",
 ]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
 from corsmal.shape.records import Dimensions, Hull
+from corsmal.shape.sections import circumference_points
 
 MeshFormat = Literal["obj", "ply", "stl"]
 MESH_FORMATS: tuple[MeshFormat, ...] = get_args(MeshFormat)
@@ -26,17 +27,11 @@ def hull_mesh(hull: Hull, *, sides: int = 96) -> tuple[NDArray[np.float64], NDAr
     """
     if sides < 3:
         raise ArgumentError(f"sides must be at least 3, got {sides}")
-    heights, radii = hull.heights_mm[hull.converged], hull.radii_mm[hull.converged]
-    rings = len(heights)
+    rings = int(hull.converged.sum())
     if rings < 2 or hull.centroid_m is None:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
-    angles = np.arange(sides) * (2 * np.pi / sides)
-    circle = np.column_stack([np.cos(angles), np.sin(angles)])
-    axis = hull.centroid_m[:2] * 1000
-    walls = np.concatenate(
-        [axis + radii[:, None, None] * circle, np.broadcast_to(heights[:, None, None], (rings, sides, 1))], axis=2
-    ).reshape(-1, 3)
-    caps = np.array([[*axis, heights[0]], [*axis, heights[-1]]])
+    around = 1000 * circumference_points(hull, points=sides)[hull.converged]
+    walls, caps = around.reshape(-1, 3), around[[0, -1]].mean(axis=1)
     here = np.arange(sides)
     following = (here + 1) % sides
     lower = (np.arange(rings - 1) * sides)[:, None]

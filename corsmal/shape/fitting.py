@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from corsmal.errors import ArgumentError
 from corsmal.geometry import Camera, parallax_deg, triangulate
 from corsmal.parameters import HeightRange, ShapeParameters
+from corsmal.shape.outline_fit import fit_outlines
 from corsmal.shape.records import Hull
 
 Floats = NDArray[np.float64]
@@ -24,11 +25,12 @@ AXIS_STEP_M = 0.0005
 
 
 def fit_hull(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: ShapeParameters | None = None) -> Hull:
-    """Fit a solid of revolution with a vertical axis to one mask per camera.
+    """Fit a solid of revolution to one mask per camera.
 
-    The centroids of the masks' largest contours are triangulated; the axis passes through that point. At each height
-    the radius shrinks from r_max until the circumference's points fall on the mask of any view (the paper's change)
-    or of all views (LoDE's rule).
+    The centroids of the masks' largest contours are triangulated; the vertical axis passes through that point. At each
+    height the radius shrinks from r_max until the circumference's points fall on the mask of any view (the paper's
+    change) or of all views (LoDE's rule). With the method ``outlines`` that axis is only where the search begins, see
+    ``corsmal.shape.outline_fit``.
 
     Args:
         cameras: two or more calibrated cameras.
@@ -37,7 +39,7 @@ def fit_hull(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: Shape
 
     Returns:
         The hull; ``ok`` is false, with a reason, where a mask is empty or has no area, the rays are nearly parallel,
-        or the axis meets no mask.
+        the axis meets no mask, or no solid explains the masks.
 
     Raises:
         ArgumentError: fewer than two views, unequal numbers, or a mask that is not bool or not of its camera's size.
@@ -64,6 +66,8 @@ def fit_hull(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: Shape
         return Hull.failed("the views' rays through the mask centroids are nearly parallel")
     if not np.isfinite(np.vstack([camera.project(centroid_m[None]) for camera in cameras])).all():
         return Hull.failed("the masks' centroids meet behind a camera: they show different objects")
+    if parameters.method == "outlines":
+        return fit_outlines(cameras, masks, centroid_m, parameters)
     heights_m = _heights(cameras, masks, centroid_m, height_range=parameters.height_range, n=parameters.circumferences)
     if heights_m is None:
         return Hull.failed("the vertical axis through the centroid meets no mask", centroid_m=centroid_m)
@@ -99,15 +103,6 @@ def contour_centroid(mask: Mask) -> Floats | None:
     if moments["m00"] == 0:
         return None
     return np.array([moments["m10"], moments["m01"]]) / moments["m00"]
-
-
-def circumference_points(hull: Hull, *, points: int) -> Floats:
-    """World points of a hull's circumferences, metres, (L, points, 3), at equally spaced angles."""
-    if hull.centroid_m is None:
-        return np.empty((0, points, 3))
-    radii, heights = hull.radii_mm / 1000, hull.heights_mm / 1000
-    flat = hull.centroid_m[:2] + radii[:, None, None] * _unit_circle(points)
-    return np.concatenate([flat, np.broadcast_to(heights[:, None, None], (*flat.shape[:2], 1))], axis=2)
 
 
 def _check(cameras: Sequence[Camera], masks: Sequence[Mask]) -> None:

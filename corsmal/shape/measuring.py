@@ -1,9 +1,12 @@
 """Capacity and dimensions from the radii of a hull (paper 3.2, equations 6 to 8)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.parameters import ShapeParameters
+from corsmal.errors import ArgumentError
+from corsmal.parameters import WALL_MAX_MM, ShapeParameters
 from corsmal.shape.records import Dimensions, Hull
 
 Floats = NDArray[np.float64]
@@ -12,18 +15,23 @@ CUBIC_MM_PER_ML = 1000.0
 SAME_MM = 1e-6
 """Differences of radii closer than this are equal: radii lie on a grid, so equal steps differ by rounding alone."""
 
+STEM_SHARE, STEM_HIGHEST = 0.3, 0.9
+"""A stem is narrower than this share of the widest place, and lies below this share of the height."""
+WALL_STEP_MM = 0.1
+
 
 def measure_hull(hull: Hull, parameters: ShapeParameters | None = None) -> Dimensions:
     """Capacity, widths and height of a hull.
 
     Only converged circumferences count. The capacity is the volume of the conical frusta between neighbours among
-    them (equation 6). With ``width_rule`` ``ends``, radii that differ from the next by more than ``max_difference_mm``
-    are dropped and the ends of the remaining profile are found by equations 7 and 8; with ``widest``, both widths are
-    twice the largest radius and the height is the extent of the converged circumferences.
+    them (equation 6), less the wall where ``wall_mm`` gives one. With ``width_rule`` ``ends``, radii that differ from
+    the next by more than ``max_difference_mm`` are dropped and the ends of the remaining profile are found by equations
+    7 and 8; with ``widest``, both widths are twice the largest radius and the height is the extent of the converged
+    circumferences; with ``whole`` the profile is taken as it is.
 
     Args:
         hull: the fitted hull.
-        parameters: ``max_difference_mm`` and ``width_rule`` are used; default: the paper's.
+        parameters: ``max_difference_mm``, ``width_rule`` and ``wall_mm`` are used; default: the paper's.
 
     Returns:
         Dimensions; ``ok`` is false, with a reason, where the hull failed, fewer than three radii remain, or the upper
@@ -35,7 +43,7 @@ def measure_hull(hull: Hull, parameters: ShapeParameters | None = None) -> Dimen
     converged = np.flatnonzero(hull.converged)
     if len(converged) < 3:
         return Dimensions(reason=f"only {len(converged)} of {len(hull.converged)} circumferences fit the masks")
-    if parameters.width_rule == "widest":
+    if parameters.width_rule != "ends":
         kept, bottom, top = converged, 0, len(converged) - 1
     else:
         kept = converged[smooth(hull.radii_mm[converged], max_difference_mm=parameters.max_difference_mm)]
@@ -48,9 +56,9 @@ def measure_hull(hull: Hull, parameters: ShapeParameters | None = None) -> Dimen
             return Dimensions(kept=kept, reason="the upper end of the profile was found below its lower end")
     heights, radii = hull.heights_mm[kept], hull.radii_mm[kept]
     widest = 2 * float(radii.max())
-    ends = parameters.width_rule == "ends"
+    ends = parameters.width_rule != "widest"
     return Dimensions(
-        capacity_ml=frusta_volume_ml(hull.heights_mm[converged], hull.radii_mm[converged]),
+        capacity_ml=capacity_ml(hull, wall_mm=parameters.wall_mm),
         width_top_mm=2 * float(radii[top]) if ends else widest,
         width_bottom_mm=2 * float(radii[bottom]) if ends else widest,
         height_mm=float(heights[top] - heights[bottom]),
@@ -58,6 +66,54 @@ def measure_hull(hull: Hull, parameters: ShapeParameters | None = None) -> Dimen
         bottom=int(kept[bottom]),
         top=int(kept[top]),
     )
+
+
+def capacity_ml(hull: Hull, *, wall_mm: float = 0.0) -> float:
+    """What a container of a hull's outer shape holds.
+
+    Args:
+        hull: whose converged circumferences count.
+        wall_mm: how much smaller the cavity's radius is, mm. Where it is not 0, what lies below a stem's narrowest
+            place is left out as well: no liquid gets there. A box's wall is thin: its capacity is its volume.
+
+    Returns:
+        Millilitres.
+    """
+    heights, radii = hull.heights_mm[hull.converged], hull.radii_mm[hull.converged]
+    if hull.depth_mm is not None:
+        return float(np.trapezoid(2 * radii * hull.depth_mm, heights)) / CUBIC_MM_PER_ML
+    if wall_mm > 0 and len(radii):
+        start = _bowl_start(radii)
+        heights, radii = heights[start:], np.maximum(radii[start:] - wall_mm, 0.0)
+    return frusta_volume_ml(heights, radii)
+
+
+def learn_wall_mm(hulls: Sequence[Hull], capacities_ml: Sequence[float]) -> float:
+    """The wall with which hulls hold what containers are known to hold, with the least mean error in %.
+
+    Args:
+        hulls: of containers, one per recording; boxes and failed ones count for nothing.
+        capacities_ml: the annotated capacities, positive.
+
+    Raises:
+        ArgumentError: the numbers differ, or no hull tells anything.
+    """
+    if len(hulls) != len(capacities_ml):
+        raise ArgumentError(f"there must be a capacity for each hull, got {len(capacities_ml)} for {len(hulls)}")
+    pairs = [(hull, true) for hull, true in zip(hulls, capacities_ml, strict=True) if hull.ok and hull.depth_mm is None]
+    if not pairs:
+        raise ArgumentError("hulls must hold a round container's, got none")
+    walls = np.arange(WALL_STEP_MM, WALL_MAX_MM, WALL_STEP_MM)
+    errors = [np.mean([abs(capacity_ml(hull, wall_mm=wall) - true) / true for hull, true in pairs]) for wall in walls]
+    return round(float(walls[int(np.argmin(errors))]), 1)
+
+
+def _bowl_start(radii_mm: Floats) -> int:
+    """Index of a stem's narrowest circumference, 0 where there is no stem."""
+    foot = len(radii_mm) // 10
+    narrowest = foot + int(np.argmin(radii_mm[foot:]))
+    is_stem = radii_mm[narrowest] < STEM_SHARE * radii_mm.max() and narrowest < STEM_HIGHEST * len(radii_mm)
+    return narrowest if is_stem else 0
 
 
 def frusta_volume_ml(heights_mm: Floats, radii_mm: Floats) -> float:

@@ -10,14 +10,21 @@ from corsmal.errors import ArgumentError
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """A solid of revolution about a vertical axis, as circumferences from the lowest to the highest.
+    """A solid of revolution, or a box, as circumferences from the lowest to the highest.
 
     Args:
-        heights_mm: (L,) world z of the circumferences, ascending, mm.
-        radii_mm: (L,) radii, mm; r_min where ``converged`` is false.
+        heights_mm: (L,) heights of the circumferences along the axis, ascending, mm: world z where it is vertical; at
+            ``centroid_m`` the height is that point's z.
+        radii_mm: (L,) radii, mm, of a box half its width; r_min where ``converged`` is false.
         converged: (L,) bool, whether some radius fitted.
-        centroid_m: (3,) the triangulated centroid, which the axis passes through, metres; None if there is none.
+        centroid_m: (3,) a point that the axis passes through, metres: of the paper's hull the triangulated centroid;
+            None if there is none.
         reason: why there is no hull; empty if there is one. A failed hull has L = 0.
+        direction: (3,) unit vector of the axis, upwards.
+        depth_mm: a box's other horizontal size, mm, not larger than its width; None for a solid of revolution.
+        yaw: a box's turn about its axis, radians: of its width from the x axis.
+        overlap: how well the silhouettes of the hull agree with the masks, intersection over union, mean of the
+            views; None where it was not asked for.
     """
 
     heights_mm: NDArray[np.float64]
@@ -25,6 +32,10 @@ class Hull:
     converged: NDArray[np.bool_]
     centroid_m: NDArray[np.float64] | None
     reason: str = ""
+    direction: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    depth_mm: float | None = None
+    yaw: float = 0.0
+    overlap: float | None = None
 
     def __post_init__(self) -> None:
         if not self.heights_mm.shape == self.radii_mm.shape == self.converged.shape:

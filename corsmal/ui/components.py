@@ -10,7 +10,7 @@ import streamlit as st
 from corsmal.batch import DetectionSet
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError
-from corsmal.estimation import Fit
+from corsmal.estimation import Estimate, Fit
 from corsmal.figures import reprojection_figure
 from corsmal.parameters import CentreRule
 from corsmal.shape import MESH_FORMATS, export_mesh, profile_table
@@ -39,8 +39,8 @@ def plain(text: str) -> str:
     return re.sub(r"([\\`*_{}\[\]()<>#+!|$:~&-])", r"\\\1", text)
 
 
-def measures(fit: Fit, *, truth: Mapping[str, float]) -> None:
-    """The four quantities of a fit, each with its error against the annotation."""
+def measures(fit: Fit, *, truth: Mapping[str, float], beside: tuple[str, Fit] | None = None) -> None:
+    """The four quantities of a fit, each with its error against the annotation, and those of another fit under them."""
     if not fit.ok:
         st.error(
             plain(f"The fit of {' + '.join(fit.pair)} in frame {fit.frame} failed: {fit.dimensions.reason}.")
@@ -51,8 +51,39 @@ def measures(fit: Fit, *, truth: Mapping[str, float]) -> None:
     for column, (name, (label, unit)) in zip(st.columns(4), QUANTITIES.items(), strict=True):
         value = getattr(fit.dimensions, name)
         true = truth.get(name)
-        note = "no annotation" if not true else f"{100 * (value - true) / true:+.1f} % of {true:.0f} {unit}"
-        column.metric(label, f"{value:.0f} {unit}" if unit == "mL" else f"{value:.1f} {unit}", note, delta_color="off")
+        note = "no annotation" if not true else f"{_error(value, true)} of {true:.0f} {unit}"
+        column.metric(label, _amount(value, unit), note, delta_color="off")
+        if beside is not None and beside[1].ok:
+            value = getattr(beside[1].dimensions, name)
+            column.caption(plain(f"{beside[0]}: {_amount(value, unit)}" + (f", {_error(value, true)}" if true else "")))
+    if fit.hull.depth_mm is not None:
+        st.caption(f"A box: the silhouettes agree better with one than with a round container; {_depth(fit)} deep.")
+    if beside is not None and not beside[1].ok:
+        st.caption(plain(f"{beside[0]} failed: {beside[1].dimensions.reason}"))
+
+
+def recording_measures(found: Estimate, *, truth: Mapping[str, float]) -> None:
+    """The four quantities of an estimate over several frames, with their 90 % intervals."""
+    if found.fit is None:
+        st.error(plain("; ".join(found.notes)), icon=":material/error:")
+        return
+    for column, (name, (label, unit)) in zip(st.columns(4), QUANTITIES.items(), strict=True):
+        value, true = getattr(found, name), truth.get(name)
+        low, high = (_amount(end, unit) for end in found.intervals.get(name, (value, value)))
+        note = f"{low} to {high}" + (f"; {_error(value, true)}" if true else "")
+        column.metric(f"{label}, whole recording", _amount(value, unit), note, delta_color="off", delta_arrow="off")
+
+
+def _depth(fit: Fit) -> str:
+    return _amount(fit.hull.depth_mm or 0.0, "mm")
+
+
+def _amount(value: float, unit: str) -> str:
+    return f"{value:.0f} {unit}" if unit == "mL" else f"{value:.1f} {unit}"
+
+
+def _error(value: float, true: float) -> str:
+    return f"{100 * (value - true) / true:+.1f} %"
 
 
 def notes(found: DetectionSet) -> None:

@@ -8,16 +8,23 @@ import streamlit as st
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError
 from corsmal.figures.hull import Scope
-from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, ShapeParameters
+from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, ShapeMethod, ShapeParameters
 from corsmal.selection import BestFrame, Pair
 from corsmal.ui import data, session
 from corsmal.ui.linked_plot import PlotEvent, Slider
 from corsmal.ui.url import HEIGHT_LIMIT_MM, LIMITS, WHOLE
 
 FIT_RULES = {"any": "at least one view (paper)", "all": "both views (LoDE)"}
-WIDTH_RULES = {"ends": "at the ends of the profile (paper)", "widest": "twice the largest radius (LoDE)"}
+WIDTH_RULES = {
+    "ends": "at the ends of the profile (paper)",
+    "widest": "twice the largest radius (LoDE)",
+    "whole": "first and last circumference (tuned)",
+}
 REFERENCES = {"masks": "the axis' extent in the masks", "world": "the table, z = 0", "centroid": "the centroid"}
-LIVE = {"circumferences": "L, circumferences", "max_difference_mm": "d_max"}
+LIVE: dict[ShapeMethod, dict[str, str]] = {
+    "circumferences": {"circumferences": "L, circumferences", "max_difference_mm": "d_max"},
+    "outlines": {"tilt_deg": "expected tilt", "wall_mm": "wall"},
+}
 """The parameters that refit while they are dragged."""
 QUIET = {
     "points": "N, points per circumference",
@@ -25,6 +32,7 @@ QUIET = {
     "radius_max_mm": "r_max",
     "radius_min_mm": "r_min",
 }
+SWITCHES = {"boxes": "Fit a box too, and take what explains the masks better", "all_views": "Let the third view join"}
 
 
 def pair_control(recording: Recording) -> tuple[Pair, BestFrame]:
@@ -89,10 +97,24 @@ def preset_control() -> None:
         key="preset_control",
         required=True,
         on_change=_preset_chosen,
-        help="`paper`: the published method. `lode`: the method that it was made from.",
+        help="`paper`: the published method. `lode`: the method that it was made from. `tuned`: ours, from the masks' "
+        "outlines.",
     )
     if not current.is_preset:
         st.button(f"Back to {current.preset}", on_click=_preset_chosen, icon=":material/undo:")
+
+
+def beside_control() -> str | None:
+    """Choose a preset whose hull is drawn over the fitted one; at first ``tuned`` over the paper's, and the reverse."""
+    automatic = "paper" if session.choice().shape.method == "outlines" else "tuned"
+    name: str | None = st.segmented_control(
+        "Compare with",
+        list(SHAPE_PRESETS),
+        default=automatic,
+        key=f"beside_{automatic}",
+        help="A second hull of the same frame, drawn over the first.",
+    )
+    return name
 
 
 def scope_control() -> Scope:
@@ -110,14 +132,14 @@ def live_sliders() -> list[Slider]:
         Slider(
             name, label, LIMITS[name].low, LIMITS[name].high, LIMITS[name].step, getattr(shape, name), LIMITS[name].unit
         )
-        for name, label in LIVE.items()
+        for name, label in LIVE[shape.method].items()
     ]
 
 
 def apply_sliders(event: PlotEvent) -> None:
     """Take over what the user dragged, within the limits; the address is written when the dragging ends."""
     values: dict[str, Any] = {}
-    for name in LIVE:
+    for name in LIVE[session.choice().shape.method]:
         if name in event.values:
             value = min(max(event.values[name], LIMITS[name].low), LIMITS[name].high)
             values[name] = int(value) if name in WHOLE else value
@@ -131,6 +153,11 @@ def other_parameters() -> None:
     """The parameters that are changed seldom, in an expander."""
     shape = session.choice().shape
     with st.expander("More parameters", icon=":material/tune:"):
+        if shape.method == "outlines":
+            for name, label in SWITCHES.items():
+                st.session_state[f"shape_{name}"] = getattr(shape, name)
+                st.toggle(label, key=f"shape_{name}", on_change=_changed, args=(name,))
+            return
         for name, label in QUIET.items():
             limits = LIMITS[name]
             kind = int if name in WHOLE else float

@@ -16,7 +16,7 @@ from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.estimation import Estimate, Fit, container_mask, estimate, fit_frame
 from corsmal.figures import draw_detections, jpeg
 from corsmal.geometry import Camera
-from corsmal.parameters import METHOD_VIEWS, PAIRS, CentreRule, SelectionParameters, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, PAIRS, SHAPE_PRESETS, CentreRule, SelectionParameters, ShapeParameters
 from corsmal.selection import BestFrame, Pair, select_best_frame
 from corsmal.store import Store, digest, file_fingerprint
 from corsmal.ui import media
@@ -78,7 +78,7 @@ def best_frame(recording: Recording, *, pair: Pair) -> BestFrame:
 def estimated_pair(recording: Recording) -> Pair:
     """The pair of views that the estimate takes; the first pair where it finds none."""
     found = detections(recording)
-    result = _estimate(recording_key(recording), found.key, _recording=recording, _detections=found)
+    result = _estimate(recording_key(recording), found.key, "paper", _recording=recording, _detections=found)
     return PAIRS[0] if result.best_frame is None else result.best_frame.pair
 
 
@@ -124,6 +124,30 @@ def fit(
     if keep:
         return load_fit(recording, found, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape, store=store())
     return fit_frame(recording, found.views, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape)
+
+
+def tuned_estimate(recording: Recording) -> Estimate:
+    """The geometry of a recording over several frames, with intervals: the preset ``tuned``."""
+    found = detections(recording)
+    return _estimate(recording_key(recording), found.key, "tuned", _recording=recording, _detections=found)
+
+
+def preset_fit(
+    recording: Recording, fit: Fit, *, centre_rule: CentreRule, preset: str | None
+) -> tuple[str, Fit] | None:
+    """A preset's name and its hull of the same frame; None where none is asked for."""
+    if preset is None or fit.frame is None:
+        return None
+    found = load_fit(
+        recording,
+        detections(recording),
+        pair=fit.pair,
+        frame=fit.frame,
+        centre_rule=centre_rule,
+        shape=SHAPE_PRESETS[preset],
+        store=store(),
+    )
+    return preset, found
 
 
 def frame_count(recording: Recording, *, view: str) -> int:
@@ -182,9 +206,11 @@ def _best_frame(key: str, pair: Pair, *, _detections: DetectionSet) -> BestFrame
 
 
 @st.cache_resource(max_entries=64, show_spinner=False)
-def _estimate(key: str, detections_key: str, *, _recording: Recording, _detections: DetectionSet) -> Estimate:
+def _estimate(
+    key: str, detections_key: str, preset: str, *, _recording: Recording, _detections: DetectionSet
+) -> Estimate:
     del key, detections_key
-    return estimate(_recording, detections=_detections.views)
+    return estimate(_recording, detections=_detections.views, shape=SHAPE_PRESETS[preset])
 
 
 @st.cache_resource(max_entries=24, show_spinner=False)

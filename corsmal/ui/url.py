@@ -39,6 +39,8 @@ LIMITS = {
     "radius_max_mm": Limits(10, 250, 0.5, "mm"),
     "radius_min_mm": Limits(0.5, 9.5, 0.5, "mm"),
     "max_difference_mm": Limits(0, 10, 0.05, "mm"),
+    "tilt_deg": Limits(0, 15, 0.5, "°"),
+    "wall_mm": Limits(0, 5, 0.1, "mm"),
 }
 WHOLE = ("circumferences", "points", "radii")
 NAMES = {
@@ -51,6 +53,10 @@ NAMES = {
     "fit_rule": "fit",
     "width_rule": "width",
     "height_range": "z",
+    "tilt_deg": "tilt",
+    "wall_mm": "wall",
+    "boxes": "boxes",
+    "all_views": "third",
 }
 """Names of the shape parameters in the address."""
 
@@ -79,8 +85,9 @@ class Choice:
 
     @property
     def preset(self) -> str:
-        """The preset that the parameters are nearest to: the one with the fewest differences."""
-        return min(SHAPE_PRESETS, key=lambda name: len(_differences(self.shape, SHAPE_PRESETS[name])))
+        """The preset that the parameters are nearest to: of the same method the one with the fewest differences."""
+        alike = [name for name, preset in SHAPE_PRESETS.items() if preset.method == self.shape.method]
+        return min(alike, key=lambda name: len(_differences(self.shape, SHAPE_PRESETS[name])))
 
     @property
     def is_preset(self) -> bool:
@@ -132,7 +139,7 @@ def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
 
     unknown = sorted(set(params) - {"recording", "pair", "frame", "crop", "ch", "preset", *NAMES.values()})
     if unknown:
-        problems.append(f"The address has parameters that mean nothing here: {', '.join(unknown)[:80]}.")
+        problems.append(f"The address has parameters that mean nothing here: {', '.join(unknown)[:80]!r}.")
     shape = SHAPE_PRESETS[read("preset", _preset, "paper")]
     for name, short in NAMES.items():
         value = read(short, _PARSERS[name], None)
@@ -234,9 +241,17 @@ def _height_range(text: str) -> HeightRange:
     return HeightRange(cast(HeightReference, reference), low, high)
 
 
+def _switch(text: str) -> bool:
+    if text not in ("True", "False"):
+        raise ArgumentError("True or False was expected")
+    return text == "True"
+
+
 _PARSERS: dict[str, Callable[[str], Any]] = {
     **{name: _limited(name) for name in LIMITS},
     "fit_rule": str,
     "width_rule": str,
     "height_range": _height_range,
+    "boxes": _switch,
+    "all_views": _switch,
 }

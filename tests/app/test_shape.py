@@ -212,3 +212,16 @@ def test_real_recording_is_measured_at_the_best_frame_of_both_pairs(real_root: P
     assert visitor.errors == visitor.warnings == visitor.crashes == []
     assert amount(visitor.metrics["Capacity"]) == pytest.approx(520, rel=0.25)
     assert 200 < rings(visitor.plots["hull"]) <= 300
+
+
+def test_tuned_is_fitted_and_the_paper_stands_beside_it(sound_root: Path) -> None:
+    visitor = Visitor(sound_root, preset="tuned").open("shape")
+    assert visitor.errors == visitor.crashes == []
+    assert set(slider_values(visitor)) == {"tilt_deg", "wall_mm"}
+    assert amount(visitor.metrics["Height"]) == pytest.approx(119, rel=0.05)
+    names = {trace["name"] for trace in visitor.plots["hull"]["figure"]["data"]}
+    assert {"hull", "paper"} <= names
+    visitor.report("hull", values={"wall_mm": 3.0}, settled=True)
+    assert visitor.address["wall"] == "3"
+    visitor.choose("beside_paper", None)
+    assert "paper" not in {trace["name"] for trace in visitor.plots["profile"]["figure"]["data"]}

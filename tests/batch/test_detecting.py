@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from corsmal.batch import detect_recording, load_detections
+from corsmal.batch import detect_recording, detecting, load_detections
 from corsmal.dataset import open_dataset
 from corsmal.detection import Detections
 from corsmal.errors import ArgumentError, FileError
@@ -142,6 +142,36 @@ def test_what_was_done_before_a_cancel_is_kept_and_the_next_run_does_the_rest(wi
     assert third.seen == 0
 
 
+def test_a_process_that_dies_loses_seconds_of_its_work_only(without_files, store, monkeypatch):
+    monkeypatch.setattr(detecting, "KEEP_EVERY_S", 0.0)
+
+    class Dying(FakeDetector):
+        def detect(self, frames):
+            if self.seen >= FRAMES:
+                raise KeyboardInterrupt
+            return super().detect(frames)
+
+    first, second = Dying(), FakeDetector()
+    with pytest.raises(KeyboardInterrupt):
+        detect_recording(without_files, first, store=store)
+    detect_recording(without_files, second, store=store)
+    assert first.seen + second.seen == TOTAL
+
+
+def test_frames_that_another_process_kept_meanwhile_are_not_lost(without_files, store):
+    class Other(FakeDetector):
+        """Before its first answer another process detects in everything."""
+
+        def detect(self, frames):
+            if not self.seen:
+                detect_recording(without_files, FakeDetector(), store=Store(store.root))
+            return super().detect(frames)
+
+    stopped = Other()
+    detect_recording(without_files, stopped, store=store, cancelled=lambda: stopped.seen > 0)
+    assert inspected(load_detections(without_files, store=store)) == dict.fromkeys(METHOD_VIEWS, FRAMES)
+
+
 def test_another_detector_inspects_all_frames_again_and_is_then_the_one_that_counts(without_files, store):
     detect_recording(without_files, FakeDetector(), store=store)
     other = FakeDetector()
@@ -255,6 +285,14 @@ def test_the_coarse_search_finds_the_best_frame_with_fewer_frames(grey_recording
     assert calls[-1][0] == calls[-1][1]
     assert all(0 <= done <= total for done, total in calls)
     assert [done for done, _ in calls] == sorted(done for done, _ in calls)
+
+
+@pytest.mark.parametrize("every", [2, 5, 8, 64])
+def test_a_search_that_is_begun_again_finds_everything_done(grey_recording, store, every):
+    detect_recording(grey_recording, PeakDetector(), store=store, every=every)
+    again = PeakDetector()
+    detect_recording(grey_recording, again, store=store, every=every)
+    assert again.seen == 0
 
 
 def test_a_search_of_every_frame_follows_a_coarse_one_without_repeating_it(grey_recording, store):

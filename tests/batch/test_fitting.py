@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from corsmal.batch import fitting, load_detections, load_fit
+from corsmal.batch.fitting import NUMBERS
 from corsmal.dataset import open_dataset
 from corsmal.estimation import fit_frame
 from corsmal.parameters import PAIRS, ShapeParameters
@@ -23,8 +24,9 @@ def with_files(dataset):
 
 def assert_same(fit, other):
     assert (fit.pair, fit.frame) == (other.pair, other.frame)
-    for name in ("heights_mm", "radii_mm", "converged", "centroid_m"):
+    for name in ("heights_mm", "radii_mm", "converged", "centroid_m", "direction"):
         np.testing.assert_array_equal(getattr(fit.hull, name), getattr(other.hull, name))
+    assert [getattr(fit.hull, name) for name in NUMBERS] == [getattr(other.hull, name) for name in NUMBERS]
     for name in ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm", "reason", "bottom", "top"):
         assert getattr(fit.dimensions, name) == getattr(other.dimensions, name)
     np.testing.assert_array_equal(fit.dimensions.kept, other.dimensions.kept)
@@ -37,13 +39,15 @@ def forbid_fitting(monkeypatch):
     monkeypatch.setattr(fitting, "fit_frame", refuse)
 
 
-def test_a_fit_is_the_same_from_the_store(with_files, store, monkeypatch):
+@pytest.mark.parametrize("shape", [CHOICE["shape"], ShapeParameters.tuned()], ids=["paper", "tuned"])
+def test_a_fit_is_the_same_from_the_store(with_files, store, monkeypatch, shape):
+    choice = CHOICE | {"shape": shape}
     found = load_detections(with_files, store=store)
-    plain = fit_frame(with_files, found.views, **CHOICE)
+    plain = fit_frame(with_files, found.views, **choice)
     assert plain.ok
-    assert_same(load_fit(with_files, found, **CHOICE, store=store), plain)
+    assert_same(load_fit(with_files, found, **choice, store=store), plain)
     forbid_fitting(monkeypatch)
-    assert_same(load_fit(with_files, found, **CHOICE, store=store), plain)
+    assert_same(load_fit(with_files, found, **choice, store=store), plain)
 
 
 @pytest.mark.parametrize(

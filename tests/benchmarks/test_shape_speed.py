@@ -20,7 +20,7 @@ def views():
 
 
 @pytest.mark.benchmark(group="fit of two 1280x720 masks")
-@pytest.mark.parametrize("preset", ["paper", "lode"])
+@pytest.mark.parametrize("preset", ["paper", "lode", "tuned"])
 def test_fit(benchmark, views, preset):
     parameters = getattr(ShapeParameters, preset)()
     assert benchmark(fit_hull, *views, parameters).converged.any()

@@ -117,3 +117,13 @@ def test_a_camera_straight_above_the_container_is_no_division_by_zero():
     above = Camera([[900, 0, 640], [0, 900, 360], [0, 0, 1]], down, -down @ [*CENTROID_M[:2], 1.0], (1280, 720))
     figure = hull_figure(made_hull(), made_dimensions(), cameras={"view3": above})
     assert "NaN" not in json.dumps(figure.layout.to_plotly_json())
+
+
+def test_another_hull_is_drawn_over_the_fitted_one():
+    other = Hull(HEIGHTS_MM, RADII_MM + 5, CONVERGED, CENTROID_M)
+    found = traces(hull_figure(made_hull(), made_dimensions(), cameras={}, beside=("tuned", other)))
+    radii = from_axis(points_of(found["tuned"]))
+    assert radii.max() == pytest.approx(65, abs=1e-3)
+    assert found["tuned"].color != found["hull"].color
+    failed = ("tuned", Hull.failed("no"))
+    assert "tuned" not in traces(hull_figure(made_hull(), made_dimensions(), cameras={}, beside=failed))

@@ -55,3 +55,13 @@ def test_a_failed_hull_is_an_empty_figure():
     figure = profile_figure(Hull.failed("no"), Dimensions(reason="no"), truth_mm=(61.0, 98.0, 119.0))
     assert len(figure.data) == 0
     assert list(figure.layout.xaxis.range) == pytest.approx([0, 1.1 * 98 / 2])
+
+
+def test_another_hull_is_a_line_over_the_radii():
+    hull = made_hull()
+    other = Hull(hull.heights_mm, hull.radii_mm + 30, hull.converged, hull.centroid_m)
+    figure = profile_figure(hull, made_dimensions(), beside=("tuned", other))
+    line = traces(figure)["tuned"]
+    assert list(line.x) == [85, 70, 70.5, 71, 71.5, 90]
+    assert list(line.y) == [40, 50, 60, 70, 80, 90]
+    assert figure.layout.xaxis.range == pytest.approx((0, 99))

@@ -24,6 +24,25 @@ def test_mesh_is_closed_and_holds_the_volume_of_its_prism():
     np.testing.assert_allclose(mesh.bounds.mean(axis=0)[:2], (100, -200))
 
 
+def test_mesh_of_a_box_is_the_box():
+    radii, heights = np.full(3, 60.0), np.array([0.0, 50.0, 150.0])
+    box = Hull(heights, radii, np.ones(3, dtype=bool), np.array([0.1, 0.2, 0.0]), depth_mm=40.0, yaw=np.pi / 2)
+    mesh = trimesh.Trimesh(*hull_mesh(box))
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(120 * 40 * 150)
+    np.testing.assert_allclose(mesh.bounds, [[80, 140, 0], [120, 260, 150]], atol=1e-9)
+
+
+def test_mesh_of_a_leaning_hull_leans():
+    direction = np.array([0.6, 0.0, 0.8])
+    heights = np.array([0.0, 100.0])
+    hull = Hull(heights, np.full(2, 30.0), np.ones(2, dtype=bool), np.zeros(3), direction=direction)
+    mesh = trimesh.Trimesh(*hull_mesh(hull))
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(np.pi * 30**2 * 100, rel=0.002)
+    np.testing.assert_allclose(mesh.center_mass, 50 * direction, atol=1e-6)
+
+
 @pytest.mark.parametrize("file_format", MESH_FORMATS)
 def test_a_file_read_back_is_the_same_solid(file_format):
     content = export_mesh(CYLINDER, file_format=file_format)

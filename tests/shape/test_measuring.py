@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from corsmal.errors import ArgumentError
 from corsmal.parameters import ShapeParameters
 from corsmal.shape import Hull, measure_hull
-from corsmal.shape.measuring import frusta_volume_ml, profile_ends, smooth
+from corsmal.shape.measuring import capacity_ml, frusta_volume_ml, learn_wall_mm, profile_ends, smooth
 
 
 def hull_of(radii_mm, *, step_mm=10.0, converged=None):
@@ -98,3 +99,42 @@ def test_a_failed_fit_says_why_and_holds_no_number(hull, reason):
     assert reason in dimensions.reason
     assert dimensions.capacity_ml is None
     assert dimensions.height_mm is None
+
+
+def test_the_whole_profile_is_taken_as_it_is():
+    dimensions = measure_hull(hull_of([20, 40, 25, 30]), ShapeParameters(width_rule="whole"))
+    assert (dimensions.width_bottom_mm, dimensions.width_top_mm, dimensions.height_mm) == (40, 60, 30)
+    assert dimensions.kept.tolist() == [0, 1, 2, 3]
+
+
+def test_a_wall_makes_the_cavity_narrower():
+    cylinder = hull_of([35] * 11)
+    assert capacity_ml(cylinder) == pytest.approx(np.pi * 35**2 * 0.1)
+    assert capacity_ml(cylinder, wall_mm=2) == pytest.approx(np.pi * 33**2 * 0.1)
+    assert capacity_ml(hull_of([0.5] * 11), wall_mm=2) == 0
+
+
+def test_a_glass_holds_nothing_below_the_narrowest_place_of_its_stem():
+    foot, stem, bowl = [30, 30], [4] * 6, [20, 40, 40, 40]
+    glass = hull_of([*foot, *stem, *bowl])
+    # from the stem's first circumference, the lowest of equal ones
+    radii = np.array([*stem, *bowl]) - 1.0
+    assert capacity_ml(glass, wall_mm=1) == pytest.approx(frusta_volume_ml(np.arange(10) * 10.0, radii))
+    assert capacity_ml(glass) > capacity_ml(glass, wall_mm=0.1) + 40
+
+
+def test_a_box_holds_its_volume_whatever_the_wall():
+    heights = np.array([0.0, 50.0, 150.0])
+    box = Hull(heights, np.full(3, 60.0), np.ones(3, dtype=bool), np.zeros(3), depth_mm=40.0)
+    assert capacity_ml(box, wall_mm=1) == capacity_ml(box) == pytest.approx(120 * 40 * 150 / 1000)
+
+
+def test_the_wall_is_learnt_from_known_capacities():
+    cups = [hull_of(np.linspace(*ends, 11)) for ends in ((30, 49), (21, 34), (28, 44))]
+    truth = [capacity_ml(cup, wall_mm=1.7) for cup in cups]
+    box = Hull(np.array([0.0, 9.0]), np.ones(2), np.ones(2, dtype=bool), np.zeros(3), depth_mm=2.0)
+    assert learn_wall_mm([*cups, box, Hull.failed("no")], [*truth, 1.0, 1.0]) == pytest.approx(1.7)
+    with pytest.raises(ArgumentError, match="capacity for each"):
+        learn_wall_mm(cups, truth[:2])
+    with pytest.raises(ArgumentError, match="round"):
+        learn_wall_mm([box], [1.0])

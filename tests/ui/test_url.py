@@ -13,6 +13,8 @@ CHOICES = [
     Choice(
         "1", None, None, replace(ShapeParameters.lode(), points=31, height_range=HeightRange("centroid", -150, 150))
     ),
+    Choice("000618", None, 3, ShapeParameters.tuned()),
+    Choice("1", shape=replace(ShapeParameters.tuned(), tilt_deg=0.0, wall_mm=1.5, boxes=False, all_views=False)),
     Choice("000618", None, 7, crop_s=(1.2, 7.45), channel=0),
     Choice("000618", crop_s=(0.0, 0.25), channel=7),
     Choice(
@@ -29,6 +31,7 @@ def test_an_address_opens_what_it_was_written_for(choice):
 def test_defaults_stay_out_of_the_address():
     assert to_params(Choice("000618")) == {"recording": "000618"}
     assert to_params(Choice("1", shape=ShapeParameters.lode())) == {"recording": "1", "preset": "lode"}
+    assert to_params(Choice("1", shape=ShapeParameters.tuned())) == {"recording": "1", "preset": "tuned"}
     assert to_params(Choice("1", crop_s=(1.2, 7.45), channel=2)) == {"recording": "1", "crop": "1.20-7.45", "ch": "3"}
     assert to_params(Choice("1", shape=ShapeParameters(circumferences=146))) == {"recording": "1", "L": "146"}
 
@@ -51,6 +54,8 @@ def test_defaults_stay_out_of_the_address():
         ({"z": "moon:-1:1"}, "masks"),
         ({"z": "world:10:-10"}, "low_mm"),
         ({"z": "world:-1e9:1e9"}, "2000"),
+        ({"boxes": "yes"}, "True or False"),
+        ({"tilt": "90"}, "0 to 15"),
         ({"crop": "1.2"}, "finite"),
         ({"crop": "2-1"}, "START-END"),
         ({"crop": "-1-2"}, "finite"),

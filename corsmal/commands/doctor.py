@@ -1,0 +1,169 @@
+"""The command that says what is wrong with a dataset, or with this machine."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from corsmal.commands import Ids, Root, chosen
+from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, run
+from corsmal.errors import CorsmalError
+
+if TYPE_CHECKING:
+    from corsmal.batch.engines import Row
+    from corsmal.dataset import Dataset, Recording
+    from corsmal.store import Store
+
+AGREES_MAX = 0.02
+"""Of the image's width. Sound recordings of the demo reach 0.017; most with exchanged cameras have 0.03 to 0.3."""
+
+SHOWN_MAX = 20
+
+
+@dataclass
+class _Report:
+    """Lines, and how many of them are problems."""
+
+    lines: list[str] = field(default_factory=list)
+    problems: int = 0
+
+    def note(self, sentence: str) -> None:
+        self.lines.append(f"  {sentence}")
+
+    def problem(self, sentence: str) -> None:
+        self.problems += 1
+        self.lines.append(f"! {sentence}")
+
+    def problem_list(self, sentences: Sequence[str]) -> None:
+        for sentence in sentences[:SHOWN_MAX]:
+            self.problem(sentence)
+        if len(sentences) > SHOWN_MAX:
+            self.problems += len(sentences) - SHOWN_MAX
+            self.lines.append(f"! … and {len(sentences) - SHOWN_MAX} more")
+
+
+def doctor(
+    root: Root,
+    ids: Ids = None,
+    *,
+    engine: EngineName = "local",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Say what a dataset lacks, which files are broken, and whether cameras, detections and networks are fit for use.
+
+    Lines that begin with ! are problems; the exit status is 1 if there are any. What the whole set lacks is none: parts
+    of it can be downloaded.
+    """
+    from corsmal.batch.examining import ExamineTask  # noqa: PLC0415 - commands load what they need
+    from corsmal.dataset import open_dataset  # noqa: PLC0415
+    from corsmal.store import Store  # noqa: PLC0415
+
+    dataset, store, report = open_dataset(root), Store(), _Report()
+    recordings = chosen(dataset, ids)
+    chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings), gpu=False)
+    rows = run(ExamineTask(store.root.resolve()), recordings, chosen_engine)
+    _on_completeness(report, dataset, recordings)
+    _on_files(report, rows)
+    _on_agreement(report, rows)
+    _on_networks(report)
+    _on_store(report, store)
+    typer.echo("\n".join(report.lines))
+    if report.problems:
+        typer.echo(f"{report.problems} problem{'' if report.problems == 1 else 's'}")
+        raise typer.Exit(1)
+    typer.echo("no problems")
+
+
+def _on_completeness(report: _Report, dataset: "Dataset", recordings: "Sequence[Recording]") -> None:
+    report.note(f"{dataset.root}: {len(dataset)} recordings, {len(recordings)} examined")
+    for sentence in dataset.problems:
+        report.note(sentence)
+    lacking: dict[str, list[str]] = {}
+    for recording in recordings:
+        for part in recording.missing:
+            lacking.setdefault(part, []).append(recording.id)
+    for part, names in lacking.items():
+        is_whole_set = len(names) == len(recordings)
+        (report.note if is_whole_set else report.problem)(f"{part} is missing in {_listed(names)}")
+
+
+def _on_files(report: _Report, rows: "Iterable[Row]") -> None:
+    broken = [
+        f"{row['recording_id']}: {sentence}"
+        for row in rows
+        for sentence in row.get("broken") or filter(None, [row["notes"]])
+    ]
+    report.problem_list(broken)
+    if not broken:
+        report.note("every file can be read")
+
+
+def _on_agreement(report: _Report, rows: "Iterable[Row]") -> None:
+    errors = {row["recording_id"]: row["reprojection"] for row in rows if row.get("reprojection") is not None}
+    if not errors:
+        report.note("calibration and detections cannot be compared: no frame has a container and a camera in two views")
+        return
+    worst = sorted(errors, key=errors.__getitem__, reverse=True)
+    report.note(
+        f"calibration and detections of {len(errors)} recordings: the triangulated centroid falls "
+        f"{_percent(errors[worst[len(worst) // 2]])} of the width from the masks' (worst: {_percent(errors[worst[0]])})"
+    )
+    report.problem_list(
+        [
+            f"{name}: calibration and detections do not agree ({_percent(errors[name])}): one is of something else"
+            for name in worst
+            if errors[name] > AGREES_MAX
+        ]
+    )
+
+
+def _on_networks(report: _Report) -> None:
+    import torch  # noqa: PLC0415 - takes seconds
+
+    from corsmal.demo import DETECTOR_WEIGHTS, FILLING_WEIGHTS, MASS_WEIGHTS  # noqa: PLC0415
+    from corsmal.detection import SmallDetector  # noqa: PLC0415
+    from corsmal.detection.weights import coco_weights_file  # noqa: PLC0415
+    from corsmal.filling import FillingPredictor  # noqa: PLC0415
+    from corsmal.mass import MassPredictor  # noqa: PLC0415
+
+    coco = coco_weights_file()
+    report.note(
+        f"weights of Mask R-CNN: {coco if coco.is_file() else f'not there yet, downloaded on first use ({coco})'}"
+    )
+    openers: tuple[tuple[str, Callable[[Path], object], Path], ...] = (
+        ("the demo's detector", lambda path: SmallDetector(path, device="cpu"), DETECTOR_WEIGHTS),
+        ("filling", FillingPredictor, FILLING_WEIGHTS),
+        ("mass", MassPredictor, MASS_WEIGHTS),
+    )
+    for name, opened, path in openers:
+        try:
+            opened(path)
+            report.note(f"weights of {name}: {path}")
+        except CorsmalError as error:
+            report.problem(str(error))
+    report.note(f"GPU: {torch.cuda.get_device_name() if torch.cuda.is_available() else 'none, the CPU is used'}")
+
+
+def _on_store(report: _Report, store: "Store") -> None:
+    report.note(f"results are kept in {store.root}")
+    try:
+        store.check_writable()
+    except CorsmalError as error:
+        report.problem(str(error))
+    leftovers = store.leftovers()
+    if leftovers:
+        size_mb = sum(path.stat().st_size for path in leftovers) / 1e6
+        report.note(f"{len(leftovers)} files there are of no more use ({size_mb:.1f} MB), such as {leftovers[0]}")
+
+
+def _listed(names: list[str]) -> str:
+    shown = ", ".join(names[:3])
+    return f"{len(names)} recording{'' if len(names) == 1 else 's'}: {shown}{', …' if len(names) > 3 else ''}"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2f} %" if math.isfinite(share) else "behind a camera"

@@ -1,0 +1,104 @@
+"""What the system says about one recording."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from corsmal.estimation.fit import QUANTITIES, Fit
+from corsmal.estimation.several import Interval
+from corsmal.filling.records import FillingPrediction
+from corsmal.mass.physics import filling_mass_g
+from corsmal.mass.records import MassPrediction
+from corsmal.parameters import CentreRule
+from corsmal.selection import BestFrame
+
+Status = Literal["fitted", "fitted, second pair", "training means", "failed"]
+
+MEANS = (*QUANTITIES, "container_mass_g")
+"""The quantities of which the training set's means stand in where nothing could be fitted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What the system says about one recording.
+
+    Args:
+        recording_id: the recording.
+        status: where the geometry's numbers come from; ``training means`` and ``failed``: both pairs failed.
+        capacity_ml: mL, None when failed; likewise the widths and the height, mm.
+        width_top_mm: diameter at the upper end.
+        width_bottom_mm: diameter at the lower end.
+        height_mm: height.
+        best_frame: the selection that led to the fit, None if none did; its frame is the fitted one.
+        fit: the hull behind the numbers, None if none is.
+        notes: one sentence for every pair that failed, every view without detections, and every later stage that
+            failed.
+        container_mass_g: grams, None when failed or not asked for.
+        filling: what the sound says, None when not asked for.
+        mass: where ``container_mass_g`` comes from, None when not asked for or when there is no fit.
+        intervals: where the truth lies with a probability of 90 %, lower and upper end by quantity; empty where one
+            frame was fitted or none.
+    """
+
+    recording_id: str
+    status: Status
+    capacity_ml: float | None
+    width_top_mm: float | None
+    width_bottom_mm: float | None
+    height_mm: float | None
+    best_frame: BestFrame | None
+    fit: Fit | None
+    notes: tuple[str, ...]
+    container_mass_g: float | None = None
+    filling: FillingPrediction | None = None
+    mass: MassPrediction | None = None
+    intervals: Mapping[str, Interval] = field(default_factory=dict)
+
+    @property
+    def frames_inspected(self) -> int:
+        """How many frames the best one was chosen from."""
+        return 0 if self.best_frame is None else len(self.best_frame.scores)
+
+    @property
+    def centre_rule(self) -> CentreRule | None:
+        """The rung of the ladder that was used."""
+        return None if self.best_frame is None else self.best_frame.centre_rule
+
+    @property
+    def filling_mass_g(self) -> float | None:
+        """Level fraction × capacity × density of the estimated type, g; None where one of them is not known."""
+        pair = None if self.filling is None else self.filling.pair
+        if pair is None or (self.capacity_ml is None and pair[1]):
+            return None
+        return filling_mass_g(*pair, capacity_ml=self.capacity_ml or 0.0)
+
+    @property
+    def object_mass_g(self) -> float | None:
+        """Container and filling, g."""
+        if self.container_mass_g is None or self.filling_mass_g is None:
+            return None
+        return self.container_mass_g + self.filling_mass_g
+
+    def row(self) -> dict[str, Any]:
+        """The estimate as a row of an estimates table; what is not known is None."""
+        filling = FillingPrediction.failed("not asked for") if self.filling is None else self.filling
+        types, levels = filling.type_probabilities, filling.level_probabilities
+        return {
+            "recording_id": self.recording_id,
+            "status": self.status,
+            **{name: getattr(self, name) for name in MEANS},
+            "filling_type": filling.filling_type,
+            "filling_level": filling.filling_level,
+            "filling_mass_g": self.filling_mass_g,
+            "object_mass_g": self.object_mass_g,
+            **{f"type_p{index}": None if types is None else float(types[index]) for index in range(4)},
+            **{f"level_p{index}": None if levels is None else float(levels[index]) for index in range(3)},
+            "best_frame": None if self.best_frame is None else self.best_frame.frame,
+            "pair": "" if self.fit is None else " + ".join(self.fit.pair),
+            "notes": "; ".join(self.notes),
+            **{
+                f"{name}_{end}": value
+                for name, ends in self.intervals.items()
+                for end, value in zip(("low", "high"), ends, strict=True)
+            },
+        }

@@ -1,0 +1,115 @@
+"""Several frames of a recording fitted, and what they say together."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from corsmal.dataset import Recording
+from corsmal.estimation.fit import QUANTITIES, Fit, fit_frame
+from corsmal.parameters import SelectionParameters, ShapeParameters
+from corsmal.selection import BestFrame, FrameDetections
+
+BELIEVED = 5
+"""So many fits are believed, those whose silhouettes agree best with the masks: the least hidden, the best detected."""
+
+INTERVAL_SCALE = 1.5
+"""From the spread of the fits and a pixel's size to half of a 90 % interval."""
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Combined:
+    """What several fits say together.
+
+    Args:
+        fit: the one that is believed most.
+        values: the median of the believed ones, by quantity.
+        intervals: where the truth lies with a probability of 90 %, by quantity.
+    """
+
+    fit: Fit
+    values: Mapping[str, float]
+    intervals: Mapping[str, Interval]
+
+
+def fit_best_frames(
+    recording: Recording,
+    views: Mapping[str, FrameDetections],
+    *,
+    best: BestFrame,
+    shape: ShapeParameters,
+    selection: SelectionParameters | None = None,
+) -> list[Fit]:
+    """Fit ``shape.frames`` frames: those with a score are cut into so many stretches, and of each the best is fitted.
+
+    Args:
+        recording: gives the cameras.
+        views: unfiltered detections by view and frame.
+        best: the scores of a pair of views.
+        shape: parameters of the fit.
+        selection: parameters of the filter; default: the paper's.
+
+    Returns:
+        The fits by frame, failed ones among them; that of the best frame alone where ``shape.frames`` is 1.
+    """
+    totals = [(score.frame, score.total) for score in best.scores if score.total is not None]
+    stretches = np.array_split(np.arange(len(totals)), min(shape.frames, len(totals)) or 1)
+    frames = [max((totals[index] for index in stretch), key=lambda item: item[1])[0] for stretch in stretches]
+    return [
+        fit_frame(
+            recording,
+            views,
+            pair=best.pair,
+            frame=frame,
+            centre_rule=best.centre_rule,
+            shape=shape,
+            selection=selection,
+        )
+        for frame in frames
+    ]
+
+
+def combine_fits(fits: Sequence[Fit], recording: Recording) -> Combined | None:
+    """What fits of several frames of one recording say together; None where all failed.
+
+    The container is rigid: the median of the believed fits is taken for each quantity. A box or a solid of revolution,
+    as most of them say.
+
+    Args:
+        fits: of a pair of views.
+        recording: gives the cameras.
+    """
+    found = sorted((fit for fit in fits if fit.ok), key=lambda fit: -(fit.hull.overlap or 0.0))
+    if not found:
+        return None
+    boxes = [fit.hull.depth_mm is not None for fit in found[:BELIEVED]]
+    is_box = sum(boxes) > len(boxes) / 2
+    alike = [fit for fit in found if (fit.hull.depth_mm is not None) == is_box]
+    believed = alike[:BELIEVED]
+    table = np.array([[getattr(fit.dimensions, name) for name in QUANTITIES] for fit in believed], dtype=np.float64)
+    values = dict(zip(QUANTITIES, np.median(table, axis=0).tolist(), strict=True))
+    if len(fits) == 1:
+        return Combined(found[0], values, {})
+    return Combined(believed[0], values, _intervals(table, values, pixel_mm=_pixel_mm(believed[0], recording)))
+
+
+def _intervals(table: np.ndarray, values: Mapping[str, float], *, pixel_mm: float) -> dict[str, Interval]:
+    """Half an interval holds the spread of the fits and what a pixel more or less of the masks does to a quantity."""
+    spreads = np.ptp(table, axis=0) / 2
+    sizes = [values[name] for name in QUANTITIES[1:]]
+    pixels = [values["capacity_ml"] * sum(pixel_mm / size for size in sizes), *[pixel_mm] * 3]
+    halves = INTERVAL_SCALE * np.hypot(spreads, pixels)
+    return {
+        name: (max(0.0, values[name] - half), values[name] + half)
+        for name, half in zip(QUANTITIES, halves.tolist(), strict=True)
+    }
+
+
+def _pixel_mm(fit: Fit, recording: Recording) -> float:
+    """What a pixel spans at the container, mean of the pair's views."""
+    cameras = [recording.views[name].camera() for name in fit.pair]
+    centre = np.zeros(3) if fit.hull.centroid_m is None else fit.hull.centroid_m
+    spans = [1000 * np.linalg.norm(camera.centre_m - centre) / camera.intrinsic[0, 0] for camera in cameras]
+    return float(np.mean(spans))

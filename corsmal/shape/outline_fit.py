@@ -1,0 +1,64 @@
+"""The fit of ``tuned``: a solid of revolution or a box, whichever explains the masks better."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from corsmal.geometry import Camera
+from corsmal.parameters import ShapeParameters
+from corsmal.shape.box import fit_box
+from corsmal.shape.outlines import Axis, Mask, without_specks
+from corsmal.shape.records import Hull
+from corsmal.shape.revolution import fit_revolution
+from corsmal.shape.sections import silhouettes
+
+EXPLAINED_MIN = 0.75
+"""A solid that is seen where less of some view's mask is does not explain the views together."""
+
+
+def fit_outlines(
+    cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: NDArray[np.float64], parameters: ShapeParameters
+) -> Hull:
+    """Fit a solid of revolution, and a box where asked for, to the outlines of masks.
+
+    Args:
+        cameras: two or more.
+        masks: per camera an (H, W) bool mask, not empty.
+        centroid_m: (3,) the triangulated centroid, where the axis is looked for at first.
+        parameters: ``tilt_deg``, ``boxes`` and ``circumferences`` are used.
+
+    Returns:
+        The hull with its ``overlap``; a failed one, with a reason, where no solid explains the masks.
+    """
+    masks = [without_specks(mask) for mask in masks]
+    found = fit_revolution(
+        cameras,
+        masks,
+        Axis(centroid_m, np.array([0.0, 0.0, 1.0])),
+        tilt_deg=parameters.tilt_deg,
+        circumferences=parameters.circumferences,
+    )
+    if not found.ok:
+        return found
+    found, explained = _judged(found, cameras, masks)
+    if parameters.boxes:
+        box, box_explained = _judged(fit_box(cameras, masks, found, tilt_deg=parameters.tilt_deg), cameras, masks)
+        if (box.overlap or 0.0) > (found.overlap or 0.0):
+            found, explained = box, box_explained
+    if explained < EXPLAINED_MIN:
+        return Hull.failed(
+            f"no solid explains the masks together ({100 * explained:.0f} % of one of them): they may show different "
+            "objects",
+            centroid_m=centroid_m,
+        )
+    return found
+
+
+def _judged(hull: Hull, cameras: Sequence[Camera], masks: Sequence[Mask]) -> tuple[Hull, float]:
+    """The hull with its overlap, and the least share of a mask that its silhouette covers."""
+    seen = silhouettes(hull, cameras)
+    overlaps = [(mask & solid).sum() / (mask | solid).sum() for mask, solid in zip(masks, seen, strict=True)]
+    explained = min((mask & solid).sum() / mask.sum() for mask, solid in zip(masks, seen, strict=True))
+    return replace(hull, overlap=float(np.mean(overlaps))), float(explained)

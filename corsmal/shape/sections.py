@@ -1,0 +1,64 @@
+"""Where a hull's circumferences lie in the world, and the silhouettes that they make."""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from corsmal.geometry import Camera
+from corsmal.shape.outlines import Axis
+from corsmal.shape.records import Hull
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SIDES, SLICES = 24, 40
+"""Corners and number of the circumferences that silhouettes are painted from."""
+SUBPIXEL_BITS = 4
+
+
+def circumference_points(hull: Hull, *, points: int) -> Floats:
+    """World points of a hull's circumferences, metres, (L, points, 3).
+
+    They lie at equally spaced angles; on a box's rectangles each side has a quarter of them, the first at a corner.
+    """
+    if hull.centroid_m is None:
+        return np.empty((0, points, 3))
+    heights = hull.heights_mm / 1000 - hull.centroid_m[2]
+    centres = hull.centroid_m + heights[:, None] * hull.direction
+    flat = _ring(hull, points=points) @ Axis(hull.centroid_m, hull.direction).across
+    return centres[:, None] + flat
+
+
+def silhouettes(hull: Hull, cameras: Sequence[Camera]) -> list[Mask]:
+    """What cameras see of a hull: an (H, W) bool mask for each."""
+    chosen = np.flatnonzero(hull.converged)
+    if len(chosen) > SLICES:
+        chosen = chosen[np.linspace(0, len(chosen) - 1, SLICES).round().astype(np.intp)]
+    if hull.depth_mm is not None:
+        chosen = chosen[[0, -1]]
+    rings = circumference_points(hull, points=SIDES)[chosen]
+    masks = []
+    for camera in cameras:
+        painted = np.zeros(camera.size[::-1], dtype=np.uint8)
+        pixels = camera.project(rings.reshape(-1, 3)).reshape(len(rings), -1, 2).astype(np.float32)
+        for piece in np.concatenate([pixels[:-1], pixels[1:]], axis=1):
+            if np.isfinite(piece).all():
+                outline = np.rint(cv2.convexHull(piece) * (1 << SUBPIXEL_BITS)).astype(np.int32)
+                cv2.fillConvexPoly(painted, outline, 1, shift=SUBPIXEL_BITS)
+        masks.append(painted.astype(np.bool_))
+    return masks
+
+
+def _ring(hull: Hull, *, points: int) -> Floats:
+    """(L, points, 2) of the circumferences about their centres, metres."""
+    if hull.depth_mm is None:
+        angles = np.arange(points) * (2 * np.pi / points)
+        return hull.radii_mm[:, None, None] / 1000 * np.column_stack([np.cos(angles), np.sin(angles)])
+    along = np.arange(points) * (4 / points)
+    corners = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)], dtype=np.float64)
+    square = np.column_stack([np.interp(along, np.arange(5), corners[:, axis]) for axis in (0, 1)])
+    turn = np.array([[np.cos(hull.yaw), np.sin(hull.yaw)], [-np.sin(hull.yaw), np.cos(hull.yaw)]])
+    halves = np.column_stack([hull.radii_mm, np.full(len(hull.radii_mm), hull.depth_mm / 2)]) / 1000
+    return (halves[:, None] * square) @ turn

@@ -1,0 +1,37 @@
+"""A task of a batch that fails on purpose; other processes import it, so that it loads little."""
+
+import os
+import signal
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from corsmal.errors import CorsmalError
+
+
+@dataclass(frozen=True)
+class Faulty:
+    """A task of a batch that fails for some recordings, in the ways that ``raises`` names.
+
+    ``once``: a file that is made by the first failure, after which there are no more. ``pids``: a folder that gets a
+    file for every process that was asked.
+    """
+
+    raises: dict[str, str] = field(default_factory=dict)
+    once: Path | None = None
+    pids: Path | None = None
+
+    def __call__(self, recording):
+        if self.pids is not None:
+            (self.pids / str(os.getpid())).touch()
+        fault = self.raises.get(recording.id)
+        if self.once is not None and fault:
+            fault = None if self.once.exists() else fault
+            self.once.touch()
+        if fault == "clear":
+            raise CorsmalError("the recording is broken")
+        if fault == "kill":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if fault in ("sleep", "nap"):
+            time.sleep(600 if fault == "sleep" else 2)
+        return {"recording_id": recording.id, "status": "done", "ratio": 1 / (fault != "unforeseen")}

@@ -1,0 +1,129 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from corsmal.dataset import open_dataset
+from corsmal.estimation import (
+    QUANTITIES,
+    Fit,
+    combine_fits,
+    estimate,
+    file_detections,
+    fit_best_frames,
+    fit_frame,
+)
+from corsmal.estimation.several import BELIEVED, INTERVAL_SCALE
+from corsmal.parameters import ShapeParameters
+from corsmal.selection import select_best_frame
+from corsmal.shape import Dimensions, Hull
+from tests.tiny import tiny_cameras
+
+PAIR = ("view3", "view1")
+
+
+class SeenView:
+    def __init__(self, camera):
+        self.camera = lambda: camera
+
+
+class Seen:
+    """A recording of which only the cameras are known."""
+
+    def __init__(self):
+        self.views = {name: SeenView(camera) for name, camera in tiny_cameras().items()}
+
+
+SEEN = Seen()
+
+
+def fit(frame, *, overlap, capacity_ml=500.0, depth_mm=None):
+    hull = Hull(
+        np.array([0.0, 100.0]),
+        np.array([40.0, 40.0]),
+        np.ones(2, dtype=bool),
+        np.array([0.0, 0.0, 0.05]),
+        depth_mm=depth_mm,
+        overlap=overlap,
+    )
+    return Fit(PAIR, frame, hull, Dimensions(capacity_ml, 80.0, 80.0, 100.0))
+
+
+def test_the_median_of_the_best_explained_fits_counts():
+    fits = [fit(n, overlap=0.9 - n / 100, capacity_ml=500.0 + 10 * n) for n in range(9)]
+    found = combine_fits(fits, SEEN)
+    assert found.fit.frame == 0
+    assert BELIEVED == 5
+    assert found.values["capacity_ml"] == 520
+
+
+def test_intervals_hold_spread_and_a_pixel():
+    found = combine_fits([fit(0, overlap=0.9, capacity_ml=480.0), fit(1, overlap=0.8, capacity_ml=520.0)], SEEN)
+    low, high = found.intervals["height_mm"]
+    camera_mm = [
+        1000 * np.linalg.norm(view.camera().centre_m - [0, 0, 0.05]) / view.camera().intrinsic[0, 0]
+        for view in (SEEN.views[name] for name in PAIR)
+    ]
+    assert (high - low) / 2 == pytest.approx(INTERVAL_SCALE * np.mean(camera_mm))
+    low, high = found.intervals["capacity_ml"]
+    pixels = 500 * np.mean(camera_mm) * (1 / 80 + 1 / 80 + 1 / 100)
+    assert (low + high) / 2 == pytest.approx(500)
+    assert (high - low) / 2 == pytest.approx(INTERVAL_SCALE * np.hypot(20, pixels))
+
+
+def test_most_of_the_best_decide_whether_it_is_a_box():
+    fits = [fit(0, overlap=0.95, capacity_ml=900.0), *(fit(n, overlap=0.8, depth_mm=50.0) for n in (1, 2, 3))]
+    found = combine_fits(fits, SEEN)
+    assert found.fit.frame == 1
+    assert found.values["capacity_ml"] == 500
+
+
+def test_one_frame_has_no_interval_and_none_no_answer():
+    assert combine_fits([fit(3, overlap=None)], SEEN).intervals == {}
+    failed = Fit(PAIR, 0, Hull.failed("no"), Dimensions(reason="no"))
+    assert combine_fits([failed], SEEN) is None
+    assert combine_fits([], SEEN) is None
+    assert combine_fits([failed, fit(1, overlap=0.5)], SEEN).fit.frame == 1
+
+
+@pytest.fixture(scope="module")
+def tiny(tiny_dataset_root):
+    recording = open_dataset(tiny_dataset_root)["000000"]
+    return recording, file_detections(recording)[0]
+
+
+def test_an_estimate_over_several_frames_carries_intervals_into_its_row(tiny):
+    recording, detections = tiny
+    found = estimate(recording, detections=detections, shape=replace(ShapeParameters.tuned(), frames=3))
+    assert found.status == "fitted"
+    assert found.height_mm == pytest.approx(119, rel=0.04)
+    assert found.best_frame.frame == found.fit.frame
+    row = found.row()
+    for name in QUANTITIES:
+        assert row[f"{name}_low"] < row[name] < row[f"{name}_high"]
+    assert "height_mm_low" not in estimate(recording, detections=detections).row()
+
+
+def test_frames_are_the_best_of_equal_stretches(tiny):
+    recording, detections = tiny
+    best = select_best_frame(detections)
+    totals = {score.frame: score.total for score in best.scores if score.total is not None}
+    frames = sorted(totals)
+    fits = fit_best_frames(recording, detections, best=best, shape=ShapeParameters(frames=2))
+    half = (len(frames) + 1) // 2
+    assert [fit.frame for fit in fits] == [max(part, key=totals.get) for part in (frames[:half], frames[half:])]
+    assert best.frame in {fit.frame for fit in fits}
+    [alone] = fit_best_frames(recording, detections, best=best, shape=ShapeParameters.paper())
+    assert alone.frame == best.frame
+
+
+def test_the_third_view_joins_where_it_shows_the_container(tiny):
+    recording, detections = tiny
+    choice = {"pair": ("view3", "view2"), "frame": 2, "centre_rule": "none"}
+    two = replace(ShapeParameters.tuned(), all_views=False)
+    pair, three = (fit_frame(recording, detections, **choice, shape=shape) for shape in (two, ShapeParameters.tuned()))
+    without = {name: views for name, views in detections.items() if name != "view1"}
+    alone = fit_frame(recording, without, **choice, shape=ShapeParameters.tuned())
+    assert three.ok
+    assert three.dimensions.capacity_ml != pair.dimensions.capacity_ml
+    assert alone.dimensions.capacity_ml == pair.dimensions.capacity_ml
