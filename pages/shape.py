@@ -19,7 +19,7 @@ recording, frames = open_detected()
 def fit_panel() -> None:
     event = plot_event("hull")
     controls.apply_sliders(event)
-    left, second, middle, right = st.columns([2, 2, 3, 3])
+    left, second, middle, right = st.columns([3, 2, 4, 4])
     with left:
         controls.preset_control()
     with second:

@@ -75,7 +75,7 @@ def estimate(
     ids: Ids = None,
     *,
     out: Annotated[Path, typer.Option(help="The table: .csv, .json or .parquet.")] = Path("estimates.csv"),
-    preset: Annotated[str, typer.Option(help="Parameters of the fit, such as paper or lode.")] = "paper",
+    preset: Annotated[str, typer.Option(help="Parameters of the fit: paper, lode or tuned.")] = "paper",
     filling: Annotated[Path | None, typer.Option(help="Weights of the filling network; default: the demo's.")] = None,
     mass: Annotated[Path | None, typer.Option(help="Weights of the mass network; default: the demo's.")] = None,
     features: FeatureFolder = None,

@@ -32,6 +32,7 @@ QUIET = {
     "radius_max_mm": "r_max",
     "radius_min_mm": "r_min",
 }
+NOTHING = "nothing"
 SWITCHES = {"boxes": "Fit a box too, and take what explains the masks better", "all_views": "Let the third view join"}
 
 
@@ -68,7 +69,7 @@ def frame_control(best: BestFrame, *, frames: int) -> int:
     automatic = best.frame if best.frame is not None else 0
     frame = min(automatic if chosen is None else chosen, frames - 1)
     st.session_state["frame_control"] = frame
-    left, right = st.columns([2, 1], vertical_alignment="bottom")
+    left, right = st.columns([3, 2], vertical_alignment="bottom")
     left.number_input(
         f"Frame (0 to {frames - 1})",
         0,
@@ -107,14 +108,15 @@ def preset_control() -> None:
 def beside_control() -> str | None:
     """Choose a preset whose hull is drawn over the fitted one; at first ``tuned`` over the paper's, and the reverse."""
     automatic = "paper" if session.choice().shape.method == "outlines" else "tuned"
-    name: str | None = st.segmented_control(
+    names = [NOTHING, *SHAPE_PRESETS]
+    name = st.selectbox(
         "Compare with",
-        list(SHAPE_PRESETS),
-        default=automatic,
+        names,
+        names.index(automatic),
         key=f"beside_{automatic}",
         help="A second hull of the same frame, drawn over the first.",
     )
-    return name
+    return None if name == NOTHING else name
 
 
 def scope_control() -> Scope:

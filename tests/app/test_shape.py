@@ -223,5 +223,5 @@ def test_tuned_is_fitted_and_the_paper_stands_beside_it(sound_root: Path) -> Non
     assert {"hull", "paper"} <= names
     visitor.report("hull", values={"wall_mm": 3.0}, settled=True)
     assert visitor.address["wall"] == "3"
-    visitor.choose("beside_paper", None)
+    visitor.choose("beside_paper", "nothing")
     assert "paper" not in {trace["name"] for trace in visitor.plots["profile"]["figure"]["data"]}
