@@ -86,7 +86,7 @@ def _outcome(future: "Future", index: int) -> Outcome:
         raise CorsmalError("the Dask scheduler was lost; what was done is kept, the same command goes on") from lost
     if isinstance(error, RuntimeError) and "deserialization" in str(error):
         raise CorsmalError(
-            "the cluster cannot load this version of corsmal; start its scheduler and workers in the repository's folder"
+            "the cluster cannot load this version of corsmal; start scheduler and workers in the repository's folder"
         ) from error
     if error is not None:
         return Outcome(index, problem=f"its worker ended: {' '.join(str(error).split())}")

@@ -14,8 +14,6 @@ from corsmal.errors import FileError
 COCO_WEIGHTS_URL = "https://download.pytorch.org/models/maskrcnn_resnet50_fpn_coco-bf2d0c1e.pth"
 """torchvision's ``MaskRCNN_ResNet50_FPN_Weights.COCO_V1``; the name ends in the first digits of its SHA-256."""
 
-COCO_WEIGHTS_NAME = COCO_WEIGHTS_URL.rsplit("/", 1)[-1]
-
 CHUNK_BYTES = 1 << 20
 TIMEOUT_S = 30
 
@@ -27,7 +25,7 @@ def coco_weights_file() -> Path:
         import torch  # noqa: PLC0415 - takes seconds
 
         folder = str(Path(torch.hub.get_dir(), "checkpoints"))
-    return Path(folder, COCO_WEIGHTS_NAME)
+    return Path(folder, COCO_WEIGHTS_URL.rsplit("/", 1)[-1])
 
 
 def coco_weights(folder: Path, *, progress: Callable[[float], None] | None = None) -> Path:
@@ -40,7 +38,7 @@ def coco_weights(folder: Path, *, progress: Callable[[float], None] | None = Non
     Raises:
         FileError: it cannot be downloaded; the text says which file to put where.
     """
-    path = folder / COCO_WEIGHTS_NAME
+    path = folder / COCO_WEIGHTS_URL.rsplit("/", 1)[-1]
     if path.is_file():
         return path
     part = path.with_name(f".{path.name}.{uuid.uuid4().hex}")

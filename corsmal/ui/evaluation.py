@@ -1,6 +1,7 @@
 """Cached calls of the library for the Evaluation page: runs, their errors and what is computed from them."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from corsmal.evaluation import (
     submission_table,
 )
 from corsmal.evaluation.challenge import Split
-from corsmal.parameters import ShapeParameters
+from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
 from corsmal.ui import data, mass, sound
 
 METRIC_NAMES = {
@@ -52,16 +53,20 @@ RESAMPLES_SEED = 0
 
 def runs(dataset: Dataset) -> list[Run]:
     """The runs on a dataset, the newest first."""
-    folder = data.store().root / KIND
-    times = tuple(sorted((path.name, path.stat().st_mtime_ns) for path in folder.glob("*/*.json")))
-    return _runs(str(folder), times, str(dataset.root))
+    folder, times = data.store().root / KIND, []
+    for path in sorted(folder.glob("*/*.json")):
+        with suppress(FileNotFoundError):  # a file that is being written has another name until it is whole
+            times.append((path.name, path.stat().st_mtime_ns))
+    return _runs(str(folder), tuple(times), str(dataset.root))
 
 
 def run_line(run: Run) -> str:
     """A run's parameters, networks and files in one line of Markdown."""
-    presets = {ShapeParameters.paper(): "preset `paper`", ShapeParameters.lode(): "preset `lode`"}
-    shape = presets.get(run.shape, "own parameters")
-    parts = [f"{shape} (L {run.shape.circumferences}, d_max {run.shape.max_difference_mm:g} mm)"]
+    preset = next((name for name, shape in SHAPE_PRESETS.items() if shape == run.shape), None)
+    named = "own parameters" if preset is None else f"preset `{preset}`"
+    parts = [f"{named} (L {run.shape.circumferences}, d_max {run.shape.max_difference_mm:g} mm)"]
+    if run.shape.method == "outlines":
+        parts = [f"{named} (outlines of up to {run.shape.frames} frames)"]
     for part in ("filling", "mass"):
         digest = run.networks.get(part)
         parts.append(f"no {part} network" if digest is None else f"{part} network `{digest.split()[-1][:8]}`")
