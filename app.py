@@ -1,5 +1,6 @@
 """The app: navigation, the dataset folder and the recording picker. ``streamlit run app.py -- --data DIR``."""
 
+import gc
 import importlib
 import threading
 
@@ -9,7 +10,7 @@ from streamlit.runtime.pages_manager import PagesManager
 from corsmal.ui import demo, session
 from corsmal.ui.routes import routes
 
-NETWORKS_AFTER_S = 20.0  # the first page and a new demo come first
+LIBRARIES_AFTER_S = 20.0  # the first page and a new demo come first
 
 
 def main() -> None:
@@ -36,14 +37,24 @@ def main() -> None:
     page.run()
 
 
+def load_libraries() -> None:
+    """Load what the first visitor of some page would wait seconds for.
+
+    Streamlit collects garbage after every run of the script; what is loaded once and never goes is spared that, which
+    is most of what there is.
+    """
+    importlib.import_module("torch")
+    gc.collect()
+    gc.freeze()
+
+
 if __name__ == "__main__":
     main()
 else:
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through this file, too
     if demo.is_demo(session.default_folder()):
         demo.begin_ahead()
-    # PyTorch takes seconds to load: it comes while the first pages are looked at
-    networks = threading.Timer(NETWORKS_AFTER_S, importlib.import_module, ("torch",))
-    networks.daemon = True
-    networks.start()
+    libraries = threading.Timer(LIBRARIES_AFTER_S, load_libraries)
+    libraries.daemon = True
+    libraries.start()
     app = st.App(__file__, routes=routes())

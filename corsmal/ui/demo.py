@@ -11,6 +11,8 @@ from corsmal.ui.jobs import Job, progress_text
 
 KEY = "demo"
 STEPS = 100
+FIRST_POLL_S, POLL_S = 0.5, 2.0
+"""Between two looks at the job: until there is something to show, and then."""
 
 
 def demo_folder() -> Path:
@@ -48,7 +50,7 @@ def make_demo() -> None:
         _start()
     job = data.jobs().get(KEY)
     if job is None or job.active:
-        _watch()
+        st.fragment(_watch, run_every=POLL_S if is_ready() else FIRST_POLL_S)()
     elif job.state == "failed":
         st.error(plain(job.problem), icon=":material/error:")
         st.button("Try again", on_click=_start)
@@ -59,7 +61,6 @@ def _start() -> None:
     data.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder))
 
 
-@st.fragment(run_every=0.5)
 def _watch() -> None:
     """Follow the job; the app is run again when it ends, and when there are more recordings to show."""
     job = data.jobs().get(KEY)
