@@ -38,6 +38,12 @@ def press(page: Page, name: str) -> None:
     page.get_by_test_id("stMain").get_by_role("button", name=name).first.click()
 
 
+def pin(page: Page, label: str, title: str) -> None:
+    """Pin what a page shows, and wait until it is said to be pinned."""
+    press(page, f"Pin {label}")
+    expect(page.get_by_text(re.compile(f"^Pinned: {title}")).first).to_be_visible()
+
+
 def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_path: Path) -> None:
     expect(page.get_by_text("synthetic").first).to_be_visible()
     expect(page.get_by_role("heading", name="Recording 000000")).to_be_visible(timeout=DEMO_MS)
@@ -45,7 +51,7 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
     turn_to(page, "Frames")
     press(page, "Find the best frame")
     plot(page, "Scores of the frames of recording 000000")
-    press(page, "Pin the pictures")
+    pin(page, "the pictures", "000000, view3")
 
     turn_to(page, "Shape")
     hull = plot(page, HULL)
@@ -55,14 +61,14 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
     page.get_by_role("slider", name="L, circumferences").press("PageUp")
     expect(figures).not_to_have_text(before)
     assert hull.evaluate(CAMERA)["eye"] == pytest.approx(camera["eye"], abs=1e-9)
-    press(page, "Pin the hull")
+    pin(page, "the hull", "Hull of 000000")
 
     turn_to(page, "Filling")
     plot(page, "Sound of recording 000000")
     page.get_by_role("slider", name="Start of the crop").press("PageUp")
     page.wait_for_url(re.compile(r"[?&]crop=0\.50-"))
     page.get_by_test_id("stAudio").first.evaluate("player => { player.muted = true; return player.play(); }")
-    press(page, "Pin the sound")
+    pin(page, "the sound", "Sound of 000000")
 
     turn_to(page, "Mass")
     plot(page, re.compile("^The mask of view3"))
