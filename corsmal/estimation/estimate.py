@@ -11,7 +11,7 @@ from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.estimation.detected import container_mask, file_detections
 from corsmal.estimation.fit import QUANTITIES
 from corsmal.estimation.records import MEANS, Estimate
-from corsmal.estimation.several import combine_fits, fit_best_frames
+from corsmal.estimation.several import all_scored, combine_fits, fit_best_frames
 from corsmal.filling.records import FillingPrediction
 from corsmal.mass.physics import mm_per_pixel
 from corsmal.parameters import PAIRS, SelectionParameters, ShapeParameters
@@ -97,6 +97,8 @@ def _geometry(
         if best.frame is None:
             notes += (f"{' + '.join(pair)}: {best.reason}",)
             continue
+        if shape.frames > 1:
+            best = all_scored(best, detections, selection=selection)
         fits = fit_best_frames(recording, detections, best=best, shape=shape, selection=selection)
         found = combine_fits(fits, recording)
         if found is not None:

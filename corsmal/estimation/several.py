@@ -1,14 +1,14 @@
 """Several frames of a recording fitted, and what they say together."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from corsmal.dataset import Recording
 from corsmal.estimation.fit import QUANTITIES, Fit, fit_frame
 from corsmal.parameters import SelectionParameters, ShapeParameters
-from corsmal.selection import BestFrame, FrameDetections
+from corsmal.selection import BestFrame, FrameDetections, score_frames
 
 BELIEVED = 5
 """So many fits are believed, those whose silhouettes agree best with the masks: the least hidden, the best detected."""
@@ -32,6 +32,18 @@ class Combined:
     fit: Fit
     values: Mapping[str, float]
     intervals: Mapping[str, Interval]
+
+
+def all_scored(
+    best: BestFrame, views: Mapping[str, FrameDetections], *, selection: SelectionParameters | None = None
+) -> BestFrame:
+    """The scores of all frames with a container in both views, wherever in the picture it is.
+
+    The centre rule may leave nothing but the few frames in which it took another object for the container; one wrong
+    object among many frames is outvoted.
+    """
+    scores = score_frames(views, pair=best.pair, centre_rule="none", parameters=selection)
+    return replace(best, centre_rule="none", scores=scores)
 
 
 def fit_best_frames(

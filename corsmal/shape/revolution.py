@@ -39,7 +39,8 @@ END_TRUST_MM = 5.0
 """What hides an end only takes from a mask: of the views' ends the outermost counts, and those that are near to it."""
 COMMON_MIN = 0.25
 """Views of one container show at least this share of the least seen stretch of the axis together."""
-HEIGHT_MIN_MM, SIZE_MAX_MM = 15.0, 900.0
+HEIGHT_MIN_MM, SIZE_MAX_MM = 15.0, 400.0
+"""What a hand takes is larger and smaller than that; masks of different objects meet where they look larger."""
 STEEPEST = 0.95
 """Sine of the steepest angle at which a camera may look down on a container whose outline it is to show."""
 
@@ -66,7 +67,10 @@ def fit_revolution(
         extents = np.array([view.extent_mm for view in views])
         low_mm, high_mm = extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)
         if not (high_mm - low_mm < SIZE_MAX_MM).all():
-            return Hull.failed("the masks show nothing of a container's size", centroid_m=axis.point_m)
+            return Hull.failed(
+                "the masks meet in nothing of a container's size: they may show different objects",
+                centroid_m=axis.point_m,
+            )
         heights_mm = np.arange(np.floor(low_mm[1]), high_mm[1])
         for view in views:
             view.unroll(heights_mm[0], len(heights_mm))

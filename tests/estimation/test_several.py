@@ -13,7 +13,7 @@ from corsmal.estimation import (
     fit_best_frames,
     fit_frame,
 )
-from corsmal.estimation.several import BELIEVED, INTERVAL_SCALE
+from corsmal.estimation.several import BELIEVED, INTERVAL_SCALE, all_scored
 from corsmal.parameters import ShapeParameters
 from corsmal.selection import select_best_frame
 from corsmal.shape import Dimensions, Hull
@@ -127,3 +127,14 @@ def test_the_third_view_joins_where_it_shows_the_container(tiny):
     assert three.ok
     assert three.dimensions.capacity_ml != pair.dimensions.capacity_ml
     assert alone.dimensions.capacity_ml == pair.dimensions.capacity_ml
+
+
+def test_several_frames_are_chosen_whatever_the_centre_rule_left(tiny):
+    recording, detections = tiny
+    best = select_best_frame(detections)
+    lonely = replace(best, scores=tuple(score for score in best.scores if score.frame == best.frame))
+    found = all_scored(lonely, detections)
+    assert found.centre_rule == "none"
+    assert {score.frame for score in found.scores} == set(detections["view3"]) & set(detections["view1"])
+    assert estimate(recording, detections=detections, shape=ShapeParameters.tuned()).centre_rule == "none"
+    assert estimate(recording, detections=detections).centre_rule == best.centre_rule
