@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.geometry import Camera
-from corsmal.shape.outlines import Mask
+from corsmal.shape.outlines import Mask, across
 from corsmal.shape.records import Hull
 
 Floats = NDArray[np.float64]
@@ -127,9 +127,7 @@ def _frames(slopes: Floats) -> Floats:
     """(B, 3, 3) rows of the frames of boxes whose axes lean: two directions across the axis, and the axis."""
     direction = np.column_stack([slopes, np.ones(len(slopes))])
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    first = np.array([1.0, 0.0, 0.0]) - direction[:, :1] * direction
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(direction, first), direction], axis=1)
+    return np.concatenate([across(direction), direction[:, None]], axis=1)
 
 
 def _hull(box: Floats, *, circumferences: int) -> Hull:

@@ -18,6 +18,13 @@ SPECK_SHARE = 0.1
 """Pieces of a mask that are smaller, against its largest, are specks; a hand may part a container in larger ones."""
 
 
+def across(direction: Floats) -> Floats:
+    """(..., 2, 3) unit vectors square to directions (..., 3), unit vectors too, and to each other."""
+    first = np.array([1.0, 0.0, 0.0]) - direction[..., :1] * direction
+    first /= np.linalg.norm(first, axis=-1, keepdims=True)
+    return np.stack([first, np.cross(direction, first)], axis=-2)
+
+
 @dataclass(frozen=True, eq=False)
 class Axis:
     """A container's axis.
@@ -33,9 +40,7 @@ class Axis:
     @property
     def across(self) -> Floats:
         """(2, 3) unit vectors square to the axis and to each other; those of x and y where the axis is vertical."""
-        first = np.array([1.0, 0.0, 0.0]) - self.direction[0] * self.direction
-        first /= np.linalg.norm(first)
-        return np.array([first, np.cross(self.direction, first)])
+        return across(self.direction)
 
     def moved(self, shift_mm: Floats, slope: Floats) -> "Axis":
         """The axis after a shift and a change of slope (mm of shift per mm of height), both along ``across``."""

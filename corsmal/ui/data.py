@@ -133,21 +133,13 @@ def tuned_estimate(recording: Recording) -> Estimate:
 
 
 def preset_fit(
-    recording: Recording, fit: Fit, *, centre_rule: CentreRule, preset: str | None
+    recording: Recording, beside: Fit, *, centre_rule: CentreRule, preset: str | None
 ) -> tuple[str, Fit] | None:
-    """A preset's name and its hull of the same frame; None where none is asked for."""
-    if preset is None or fit.frame is None:
+    """A preset's name and its hull of another fit's frame; None where none is asked for."""
+    if preset is None or beside.frame is None:
         return None
-    found = load_fit(
-        recording,
-        detections(recording),
-        pair=fit.pair,
-        frame=fit.frame,
-        centre_rule=centre_rule,
-        shape=SHAPE_PRESETS[preset],
-        store=store(),
-    )
-    return preset, found
+    shape = SHAPE_PRESETS[preset]
+    return preset, fit(recording, pair=beside.pair, frame=beside.frame, centre_rule=centre_rule, shape=shape, keep=True)
 
 
 def frame_count(recording: Recording, *, view: str) -> int:

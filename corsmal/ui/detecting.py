@@ -5,6 +5,7 @@ import streamlit as st
 from corsmal.batch import DetectionSet, detect_recording
 from corsmal.dataset import Recording
 from corsmal.demo import DETECTOR_WEIGHTS
+from corsmal.detection import Detector
 from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
@@ -71,6 +72,17 @@ def detection_job(recording: Recording, found: DetectionSet) -> None:
         st.rerun()
 
 
+def open_detector(name: str) -> Detector:
+    """One of ``DETECTORS``. Loads PyTorch; for a job, not for a page.
+
+    Raises:
+        FileError: its weights are absent or broken.
+    """
+    from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415 - PyTorch takes seconds to import
+
+    return SmallDetector(DETECTOR_WEIGHTS) if name == "demo" else MaskRCNNDetector()
+
+
 def _uninspected(recording: Recording, found: DetectionSet) -> list[str]:
     """Views of the method with frames that a detector could still look at; a view with a file of its own is done."""
     names = []
@@ -99,12 +111,9 @@ def _watch(key: str) -> None:
 
 
 def _detect(job: Job, recording: Recording, name: str, every: int, store: Store) -> None:
-    from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415 - PyTorch takes seconds to import
-
-    detector = SmallDetector(DETECTOR_WEIGHTS) if name == "demo" else MaskRCNNDetector()
     detect_recording(
         recording,
-        detector,
+        open_detector(name),
         store=store,
         every=every,
         progress=job.advance,

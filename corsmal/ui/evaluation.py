@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import streamlit as st
 
-from corsmal.batch import Predictors
+from corsmal.batch import EstimateTask, Predictors
 from corsmal.batch.runs import KIND, Run, list_runs
 from corsmal.dataset import Dataset
 from corsmal.estimation import training_means
@@ -53,11 +53,11 @@ RESAMPLES_SEED = 0
 
 def runs(dataset: Dataset) -> list[Run]:
     """The runs on a dataset, the newest first."""
-    folder, times = data.store().root / KIND, []
-    for path in sorted(folder.glob("*/*.json")):
-        with suppress(FileNotFoundError):  # a file that is being written has another name until it is whole
-            times.append((path.name, path.stat().st_mtime_ns))
-    return _runs(str(folder), tuple(times), str(dataset.root))
+    store, times = data.store(), []
+    for key in store.keys(KIND):
+        with suppress(FileNotFoundError):  # deleted by another session
+            times.append((key, store.file(KIND, key, ".json").stat().st_mtime_ns))
+    return _runs(str(store.root), tuple(times), str(dataset.root))
 
 
 def run_line(run: Run) -> str:
@@ -141,22 +141,19 @@ def make_predictors(dataset: Dataset, shape: ShapeParameters) -> Predictors:
     Raises:
         FileError: a network's weights are broken.
     """
-    from corsmal.filling import FillingPredictor  # noqa: PLC0415 - PyTorch takes seconds to import
-    from corsmal.mass import MassPredictor  # noqa: PLC0415
-
-    filling, weights = sound.weights_path(), mass.weights_path()
-    return Predictors(
-        shape=shape,
-        means=training_means(dataset.table),
-        filling=FillingPredictor(filling) if filling.is_file() else None,
-        mass=MassPredictor(weights) if weights.is_file() else None,
-    )
+    weights = {name: path for name, path in _weights().items() if path.is_file()}
+    means = tuple(training_means(dataset.table).items())
+    task = EstimateTask(data.store().root, shape, means, weights.get("filling"), weights.get("mass"))
+    return task.predictors()
 
 
 def missing_weights() -> dict[str, Path]:
     """The networks whose weights are not there, with the file that was looked for."""
-    paths = {"filling": sound.weights_path(), "mass": mass.weights_path()}
-    return {name: path for name, path in paths.items() if not path.is_file()}
+    return {name: path for name, path in _weights().items() if not path.is_file()}
+
+
+def _weights() -> dict[str, Path]:
+    return {"filling": sound.weights_path(), "mass": mass.weights_path()}
 
 
 def annotation_key(dataset: Dataset) -> str:

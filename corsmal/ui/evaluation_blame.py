@@ -18,10 +18,9 @@ from corsmal.evaluation.tables import AVERAGE
 from corsmal.figures.heatmaps import blame_figure
 from corsmal.store import Store
 from corsmal.ui import data, evaluation, session
-from corsmal.ui.components import plain
 from corsmal.ui.evaluation import METRIC_NAMES
 from corsmal.ui.evaluation_downloads import downloads
-from corsmal.ui.evaluation_runs import watch
+from corsmal.ui.evaluation_runs import follow
 from corsmal.ui.jobs import Job
 from corsmal.ui.linked_plot import linked_plot
 
@@ -31,12 +30,8 @@ HEARD: KnownStage = "filling"
 def blame_section(run: Run, dataset: Dataset) -> None:
     """How much of each error goes away with each stage's mistakes."""
     key = f"blame {run.key}"
-    job = data.jobs().get(key)
-    if job is not None and job.active:
-        watch(key, "recordings")
+    if follow(key):
         return
-    if job is not None and job.state == "failed":
-        st.error(plain(job.problem), icon=":material/error:")
     kept = load_blame(run, store=data.store())
     if kept is None:
         _offer(key, run, dataset)

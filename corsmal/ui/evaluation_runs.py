@@ -8,13 +8,12 @@ import streamlit as st
 from corsmal.batch import detect_recording, load_detections
 from corsmal.batch.runs import Run, delete_run, record_run
 from corsmal.dataset import Dataset, Recording
-from corsmal.demo import DETECTOR_WEIGHTS
 from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS, ShapeParameters
 from corsmal.store import Store
 from corsmal.ui import data, evaluation, session
 from corsmal.ui.components import guarded, plain
-from corsmal.ui.detecting import DETECTORS, SEARCH_STEP
+from corsmal.ui.detecting import DETECTORS, SEARCH_STEP, open_detector
 from corsmal.ui.jobs import Job, progress_text
 
 RUN = "evaluation_run"
@@ -26,15 +25,13 @@ def chosen_run(dataset: Dataset) -> Run | None:
     found = evaluation.runs(dataset)
     key = job_key(dataset)
     job = data.jobs().get(key)
+    is_running = job is not None and job.active
     if not found:
-        _without_runs(dataset, is_running=job is not None and job.active)
+        _without_runs(dataset, is_running=is_running)
     run = _picker(dataset, found) if found else None
-    if job is not None and job.active:
-        watch(key, "recordings")
-    elif job is not None and job.state == "failed":
-        st.error(plain(job.problem), icon=":material/error:")
+    follow(key)
     if run is not None:
-        _about(dataset, run, is_running=job is not None and job.active)
+        _about(dataset, run, is_running=is_running)
     return run
 
 
@@ -43,14 +40,28 @@ def job_key(dataset: Dataset) -> str:
     return f"evaluate {dataset.root}"
 
 
+def follow(key: str) -> bool:
+    """Show how far a job on recordings is, or why it failed.
+
+    Returns:
+        Whether it is running; the page is run again when it ends.
+    """
+    job = data.jobs().get(key)
+    if job is not None and job.active:
+        _watch(key)
+        return True
+    if job is not None and job.state == "failed":
+        st.error(plain(job.problem), icon=":material/error:")
+    return False
+
+
 @st.fragment(run_every=0.5)
-def watch(key: str, unit: str) -> None:
-    """Follow a job until it ends, and run the page again then."""
+def _watch(key: str) -> None:
     job = data.jobs().get(key)
     if job is None or not job.active:
         st.rerun()
     left, right = st.columns([5, 1], vertical_alignment="bottom")
-    left.progress(job.fraction, text=progress_text(job, unit))
+    left.progress(job.fraction, text=progress_text(job, "recordings"))
     right.button(
         "Stop",
         key=f"stop {key}",
@@ -222,9 +233,7 @@ def _work(
 
 def _finder(job: Job, name: str, store: Store) -> Callable[[Recording], None]:
     """Detects in recordings that lack detections; a recording that cannot be looked at fails later, with its reason."""
-    from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415 - PyTorch takes seconds to import
-
-    detector = SmallDetector(DETECTOR_WEIGHTS) if name == "demo" else MaskRCNNDetector()
+    detector = open_detector(name)
 
     def find(recording: Recording) -> None:
         lacking = set(load_detections(recording, store=store).missing) & set(recording.views)

@@ -13,10 +13,9 @@ from corsmal.evaluation.sweeping import MEASURED
 from corsmal.figures.heatmaps import sweep_figure
 from corsmal.parameters import ShapeParameters
 from corsmal.ui import data, evaluation, session
-from corsmal.ui.components import plain
 from corsmal.ui.evaluation import METRIC_NAMES
 from corsmal.ui.evaluation_downloads import downloads
-from corsmal.ui.evaluation_runs import watch
+from corsmal.ui.evaluation_runs import follow
 from corsmal.ui.jobs import Job
 from corsmal.ui.linked_plot import linked_plot, plot_event
 
@@ -33,12 +32,8 @@ def sweep_section(run: Run, dataset: Dataset) -> None:
     counts = left.multiselect("L, circumferences", CIRCUMFERENCES, CIRCUMFERENCES, key="sweep_circumferences")
     steps_mm = right.multiselect("d_max (mm)", MAX_DIFFERENCES_MM, MAX_DIFFERENCES_MM, key="sweep_max_differences")
     key = f"sweep {dataset.root}"
-    job = data.jobs().get(key)
-    if job is not None and job.active:
-        watch(key, "recordings")
+    if follow(key):
         return
-    if job is not None and job.state == "failed":
-        st.error(plain(job.problem), icon=":material/error:")
     is_possible = bool(ids and len(counts) > 1 and len(steps_mm) > 1)
     label = f"Sweep {len(counts) * len(steps_mm)} settings over {len(ids)} recordings"
     if st.button(label, type="primary", icon=":material/grid_on:", disabled=not is_possible, key="start_sweep"):
