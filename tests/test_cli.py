@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
@@ -16,11 +15,11 @@ from corsmal.dataset import open_dataset
 from corsmal.errors import CorsmalError
 from corsmal.estimation import estimate
 from corsmal.evaluation import container_table, error_table, export_table, read_estimates, read_submission
-from corsmal.filling import FillingConfig, FillingModel, FillingPredictor, FillingTraining, save_filling
-from corsmal.mass import MassConfig, MassModel, save_mass
+from corsmal.filling import FillingPredictor, FillingTraining
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store
 from tests.fakes import FakeDetector
+from tests.networks import write_networks
 from tests.tiny import FRAMES, write_tiny_dataset
 
 RUNNER = CliRunner()
@@ -167,11 +166,8 @@ def test_weights_of_the_users_choice_are_opened(tmp_path, monkeypatch, capsys, t
 @pytest.fixture(scope="module")
 def networks(tmp_path_factory):
     """Files of untrained networks, as the options name them."""
-    folder = tmp_path_factory.mktemp("networks")
-    torch.manual_seed(0)
-    save_filling(folder / "filling.safetensors", [FillingModel(FillingConfig.paper()).eval()])
-    save_mass(folder / "mass.safetensors", MassModel(MassConfig.paper()).eval())
-    return ["--filling", folder / "filling.safetensors", "--mass", folder / "mass.safetensors"]
+    paths = write_networks(tmp_path_factory.mktemp("networks"))
+    return ["--filling", paths["filling"], "--mass", paths["mass"]]
 
 
 def test_estimates_are_a_table_that_is_judged_and_submitted(tiny_dataset_root, networks, tmp_path):

@@ -39,6 +39,12 @@ KINDS = {
 }
 
 
+def run_apart(program, store, *args, check):
+    """Run a program in a process of its own, which gets the store's folder and more."""
+    repository = Path(__file__).resolve().parents[1]
+    subprocess.run([sys.executable, "-c", program, str(store.root), *args], check=check, cwd=repository)
+
+
 def the_file(store, suffix):
     [path] = store.root.rglob(f"*{suffix}")
     return path
@@ -199,8 +205,7 @@ def test_a_disk_that_fills_up_while_writing_leaves_the_older_file_and_nothing_el
         "store = Store(Path(sys.argv[1])); saved = KINDS[sys.argv[2]][0](store)\n"
         "sys.exit(saved or 'cannot be written' not in store.problems[-1])\n"
     )
-    repository = Path(__file__).resolve().parents[1]
-    subprocess.run([sys.executable, "-c", program, str(store.root), suffix], check=True, cwd=repository)
+    run_apart(program, store, suffix, check=True)
     assert files(store) == [f"{KEY}{suffix}"]
     assert load(store) is not None
 
@@ -269,8 +274,7 @@ def test_a_killed_process_leaves_no_half_file(store):
         "with store.writing(path) as part:\n"
         "    part.write_bytes(b'ha'); os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    repository = Path(__file__).resolve().parents[1]
-    subprocess.run([sys.executable, "-c", code, str(store.root), KEY], check=False, cwd=repository)
+    run_apart(code, store, KEY, check=False)
     path = store.file("videos", KEY, ".mp4")
     assert not path.exists()
     with store.writing(path) as part:

@@ -8,15 +8,13 @@ from logging import CRITICAL
 from pathlib import Path
 
 import pytest
-import torch
 from distributed import LocalCluster
 
 from corsmal.batch import DaskCluster, DetectTask, EstimateTask, Processes, in_turn, run_batch
 from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError, CorsmalError
-from corsmal.filling import FillingConfig, FillingModel, save_filling
-from corsmal.mass import MassConfig, MassModel, save_mass
 from tests.batch.faulty import Faulty
+from tests.networks import write_networks
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -28,11 +26,7 @@ def dataset(tiny_dataset_root):
 
 @pytest.fixture(scope="module")
 def networks(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("networks")
-    torch.manual_seed(0)
-    save_filling(folder / "filling.safetensors", [FillingModel(FillingConfig.paper()).eval()])
-    save_mass(folder / "mass.safetensors", MassModel(MassConfig.paper()).eval())
-    return {"filling": folder / "filling.safetensors", "mass": folder / "mass.safetensors"}
+    return write_networks(tmp_path_factory.mktemp("networks"))
 
 
 @pytest.fixture(scope="module")
