@@ -7,8 +7,9 @@ import threading
 import streamlit as st
 from streamlit.runtime.pages_manager import PagesManager
 
-from corsmal.ui import demo, session
-from corsmal.ui.routes import routes
+from corsmal.demo.parts import STAGING
+from corsmal.demo.worker import start_ahead
+from corsmal.ui import folders
 
 LIBRARIES_AFTER_S = 20.0  # the first page and a new demo come first
 
@@ -33,18 +34,29 @@ def main() -> None:
             st.Page("pages/evaluation.py", title="Evaluation", url_path="results", icon=":material/leaderboard:"),
         ]
     )
-    session.begin()
+    importlib.import_module("corsmal.ui.session").begin()
     page.run()
 
 
-def load_libraries() -> None:
-    """Load what the first visitor of some page would wait seconds for.
+def begin_demo() -> None:
+    """Begin to make a demo that is not there before the first page is asked for: a browser takes seconds to come.
 
-    Streamlit collects garbage after every run of the script; what is loaded once and never goes is spared that, which
-    is most of what there is.
+    Its processes come before anything that takes long to import.
     """
+    if folders.is_demo(folders.default_folder()) and not folders.is_demo_ready():
+        start_ahead(folders.demo_folder() / STAGING)
+        importlib.import_module("corsmal.ui.demo").begin()
+
+
+def load_libraries() -> None:
+    """Load what the first visitor of some page would wait seconds for."""
     importlib.import_module("torch")
     gc.collect()
+    spare_what_is_loaded()
+
+
+def spare_what_is_loaded() -> None:
+    """Streamlit collects garbage after every run of the script; most of what there is was loaded once and stays."""
     gc.freeze()
 
 
@@ -52,9 +64,9 @@ if __name__ == "__main__":
     main()
 else:
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through this file, too
-    if demo.is_demo(session.default_folder()):
-        demo.begin_ahead()
+    begin_demo()
     libraries = threading.Timer(LIBRARIES_AFTER_S, load_libraries)
     libraries.daemon = True
     libraries.start()
-    app = st.App(__file__, routes=routes())
+    app = st.App(__file__, routes=importlib.import_module("corsmal.ui.routes").routes())
+    spare_what_is_loaded()

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from corsmal.demo.containers import ANNOTATED_IDS, demo_container
-from corsmal.demo.parts import writing
+from corsmal.demo.parts import ANNOTATION_FILE, writing
 from corsmal.demo.plan import annotation_of
 from corsmal.demo.scene import BOX_FILLINGS, ROUND_FILLINGS, Scene, sound_events, training_scene
 from corsmal.demo.sound import recording_sound
-from corsmal.demo.writing import ANNOTATION_FILE
 from corsmal.errors import ArgumentError, FileError
 from corsmal.filling import log_mel
 

@@ -9,6 +9,12 @@ from corsmal.demo.cameras import VIEWS
 DEMO_SIZE = (640, 360)
 """Width and height of the demo's videos, in pixels."""
 
+ANNOTATION_FILE = Path("ccm_demo_annotation.json")
+"""In the demo's folder; lists the recordings that are there."""
+
+STAGING = ".making"
+"""The folder in the demo's in which files wait until their recording is complete."""
+
 SOUND = "sound"
 PARTS = (*VIEWS, SOUND)
 """What can be made apart from the rest of a recording: each view, and the sound with the truth about the scene."""

@@ -13,14 +13,18 @@ import signal
 import subprocess
 import sys
 import threading
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from corsmal.demo.parts import CACHE_VARIABLE, KERNELS
-from corsmal.demo.plan import PlannedRecording
 from corsmal.digests import digest
 from corsmal.errors import CorsmalError, FileError
+
+if TYPE_CHECKING:
+    from corsmal.demo.plan import PlannedRecording  # loads Numba, which only a process that draws needs
 
 GIVING_WAY = 15
 """Niceness of what nobody waits for: without it a detector on the same cores is ten times slower."""
@@ -41,7 +45,7 @@ class Task:
         is_awaited: whether somebody waits for it; the process gives way to others for what nobody waits for.
     """
 
-    planned: PlannedRecording
+    planned: "PlannedRecording"
     parts: Sequence[str]
     folder: str
     size: tuple[int, int]
@@ -109,6 +113,23 @@ class Worker:
         self._process.wait()
 
 
+_started_ahead: deque[Worker] = deque()
+
+
+def usual_processes() -> int:
+    """How many processes make a demo: one per core, at most four."""
+    return min(4, os.cpu_count() or 1)
+
+
+def start_ahead(folder: Path) -> None:
+    """Start the processes of the next ``run_tasks``: they compile while the caller loads what it needs itself.
+
+    Args:
+        folder: where they keep what they compiled.
+    """
+    _started_ahead.extend(Worker(number, folder) for number in range(usual_processes()))
+
+
 def run_tasks(
     tasks: Sequence[Task], *, processes: int, note: Callable[[Task], None], cancelled: Callable[[], bool]
 ) -> None:
@@ -144,7 +165,7 @@ def _run_in_processes(
     workers: list[Worker] = []
     try:
         for number in range(processes):
-            workers.append(Worker(number, Path(tasks[0].folder)))
+            workers.append(_worker(number, Path(tasks[0].folder)))
             threading.Thread(target=_lead, args=(workers[-1], waiting, answers), daemon=True).start()
         for _ in tasks:
             answer = _next(answers, cancelled)
@@ -158,6 +179,14 @@ def _run_in_processes(
     finally:
         for worker in workers:
             worker.close()
+
+
+def _worker(number: int, folder: Path) -> Worker:
+    """One that was started ahead, as long as there are any."""
+    try:
+        return _started_ahead.popleft()
+    except IndexError:
+        return Worker(number, folder)
 
 
 def _lead(
@@ -200,7 +229,8 @@ def main() -> None:
     """Compile, then run the tasks that come in until there are no more."""
     # an interrupt from the keyboard reaches the whole group: the process that asked decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    from corsmal.demo.rendering import compile_kernels  # noqa: PLC0415 - as above
+    from corsmal.demo.plan import PlannedRecording  # noqa: PLC0415 - as above
+    from corsmal.demo.rendering import compile_kernels  # noqa: PLC0415
 
     compile_kernels(*sys.argv[1:])
     gives_way = False

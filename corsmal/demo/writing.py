@@ -8,17 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from corsmal.demo.containers import CONTAINER_IDS
-from corsmal.demo.parts import DEMO_SIZE, PARTS, part_files, writing
+from corsmal.demo.parts import ANNOTATION_FILE, DEMO_SIZE, PARTS, STAGING, part_files, writing
 from corsmal.demo.plan import PlannedRecording, annotation_of, demo_plan
-from corsmal.demo.worker import Task, run_tasks
+from corsmal.demo.worker import Task, run_tasks, usual_processes
 from corsmal.errors import ArgumentError, FileError
 
 FORMAT = 1
 """Raised when the same settings give other recordings than before."""
 
 SETTINGS_FILE = Path("truth", "demo.json")
-ANNOTATION_FILE = Path("ccm_demo_annotation.json")
-STAGING = ".making"
 _FIRST_SPLIT = (("view3",), ("sound",), ("view1",), ("view2",))
 """Who waits for the first recording waits for all of it: several processes share it."""
 
@@ -87,7 +85,7 @@ def write_demo(
     _claim(root, settings)
     making = _Making(root, plan, size, progress or (lambda _progress: None))
     making.finish_recordings()
-    count = min(4, os.cpu_count() or 1) if workers is None else workers
+    count = usual_processes() if workers is None else workers
     run_tasks(making.tasks, processes=count, note=making.note, cancelled=cancelled or (lambda: False))
     return making.complete
 

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import streamlit as st
 
-from corsmal.demo.writing import ANNOTATION_FILE, DemoProgress, write_demo
+from corsmal.demo.writing import DemoProgress, write_demo
 from corsmal.ui import data
 from corsmal.ui.components import plain
+from corsmal.ui.folders import demo_folder, is_demo_ready
 from corsmal.ui.jobs import Job, progress_text
 
 KEY = "demo"
@@ -15,50 +16,30 @@ FIRST_POLL_S, POLL_S = 0.5, 2.0
 """Between two looks at the job: until there is something to show, and then."""
 
 
-def demo_folder() -> Path:
-    """Where the demo is, or is to be."""
-    return data.store().root.resolve() / "demo"
-
-
-def is_demo(folder: str) -> bool:
-    """Whether a folder is the built-in demo's."""
-    return Path(folder) == demo_folder()
-
-
-def is_ready() -> bool:
-    """Whether the demo has a first recording."""
-    return (demo_folder() / ANNOTATION_FILE).is_file()
-
-
 def is_coming() -> bool:
     """Whether the demo's first recording is being made."""
     job = data.jobs().get(KEY)
-    return job is not None and job.active and not is_ready()
+    return job is not None and job.active and not is_demo_ready()
 
 
-def begin_ahead() -> None:
-    """Begin to make a demo that is not there before the first page is asked for: a browser takes seconds to come."""
-    if not is_ready():
-        _start()
+def begin() -> None:
+    """Begin to make the demo."""
+    folder = demo_folder()
+    data.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder))
 
 
 def make_demo() -> None:
     """Make the demo, or finish one that was stopped half-way; show how far it is, and say that it is synthetic."""
     st.info("The built-in demo: **synthetic** people, containers and sounds.", icon=":material/science:")
     job = data.jobs().get(KEY)
-    if job is None or (job.state == "done" and not is_ready()):  # the latter after somebody deleted it
-        _start()
+    if job is None or (job.state == "done" and not is_demo_ready()):  # the latter after somebody deleted it
+        begin()
     job = data.jobs().get(KEY)
     if job is None or job.active:
-        st.fragment(_watch, run_every=POLL_S if is_ready() else FIRST_POLL_S)()
+        st.fragment(_watch, run_every=POLL_S if is_demo_ready() else FIRST_POLL_S)()
     elif job.state == "failed":
         st.error(plain(job.problem), icon=":material/error:")
-        st.button("Try again", on_click=_start)
-
-
-def _start() -> None:
-    folder = demo_folder()
-    data.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder))
+        st.button("Try again", on_click=begin)
 
 
 def _watch() -> None:

@@ -1,8 +1,5 @@
 """What one browser session is looking at: its dataset folder, recording, frame and parameters."""
 
-import argparse
-import os
-import sys
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +10,7 @@ from corsmal.demo.truth import open_demo_truth
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.ui import data, demo
 from corsmal.ui.components import plain
+from corsmal.ui.folders import default_folder, demo_folder, is_demo, is_demo_ready
 from corsmal.ui.tables import most_complete, recording_labels
 from corsmal.ui.url import Choice, from_params, to_params
 
@@ -84,7 +82,7 @@ def is_synthetic(recording: Recording) -> bool:
 
 def dataset() -> Dataset | None:
     """The dataset of the chosen folder; None, said in the sidebar, where there is none."""
-    if not folder() or (demo.is_demo(folder()) and not demo.is_ready()):
+    if not folder() or (is_demo(folder()) and not is_demo_ready()):
         return None
     try:
         return data.dataset(folder())
@@ -101,13 +99,6 @@ def opened() -> tuple[Dataset, Recording]:
         _nothing_to_show()
         st.stop()
     return found, found[current]
-
-
-def default_folder() -> str:
-    """The folder of ``streamlit run app.py -- --data DIR``, else of ``CORSMAL_DATA``, else the demo's."""
-    parser = argparse.ArgumentParser(add_help=False)
-    parser.add_argument("--data", default=os.environ.get("CORSMAL_DATA"))
-    return str(parser.parse_known_args(sys.argv[1:])[0].data or demo.demo_folder())
 
 
 def folder() -> str:
@@ -140,7 +131,7 @@ def _folder_input() -> None:
         placeholder="/data/corsmal/train",
         help="A folder with view1, view2, view3, audio and an annotation, as the dataset is published.",
     )
-    if demo.is_demo(folder()):
+    if is_demo(folder()):
         demo.make_demo()
     else:
         st.button("Open the demo", on_click=_open_demo, icon=":material/science:", width="stretch")
@@ -151,7 +142,7 @@ def _folder_input() -> None:
 
 
 def _open_demo() -> None:
-    st.session_state[FOLDER] = str(demo.demo_folder())
+    st.session_state[FOLDER] = str(demo_folder())
 
 
 def _recording_picker(found: Dataset) -> None:
@@ -174,7 +165,7 @@ def _picked() -> None:
 
 
 def _nothing_to_show() -> None:
-    if demo.is_demo(folder()) and demo.is_coming():
+    if is_demo(folder()) and demo.is_coming():
         st.info("The first recording of the demo is being made: a few seconds.", icon=":material/hourglass_top:")
         return
     if problem := st.session_state.get(FOLDER_PROBLEM):

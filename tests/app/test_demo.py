@@ -10,6 +10,7 @@ import pytest
 
 from corsmal.errors import FileError
 from corsmal.ui import data, demo
+from corsmal.ui.folders import demo_folder
 from tests.app.conftest import small_demo
 from tests.app.driver import Visitor
 
@@ -49,7 +50,7 @@ def test_first_start_says_what_it_does_and_then_shows_the_first_recording(making
     assert "synthetic" in visitor.sentences
     assert "The first recording of the demo is being made" in visitor.sentences
     assert visitor.progress == ["Making the demo …"]
-    assert visitor.test.text_input(key="data_folder").value == str(demo.demo_folder())
+    assert visitor.test.text_input(key="data_folder").value == str(demo_folder())
     making.gate.set()
     visitor.wait_for(is_shown)
     visitor.wait_for(is_at_rest)
@@ -83,7 +84,7 @@ def test_progress_counts_recordings_and_work(monkeypatch: pytest.MonkeyPatch) ->
 def test_second_start_uses_what_is_there(making: Making) -> None:
     making.gate.set()
     Visitor().wait_for(is_at_rest)
-    video = demo.demo_folder() / "view3" / "rgb" / "000000.mp4"
+    video = demo_folder() / "view3" / "rgb" / "000000.mp4"
     made_ns = video.stat().st_mtime_ns
     data.jobs.cache_clear()
     data.store.cache_clear()
@@ -94,13 +95,12 @@ def test_second_start_uses_what_is_there(making: Making) -> None:
 
 
 def test_demo_begun_ahead_of_the_first_visitor_is_the_one_that_visitors_see(making: Making) -> None:
-    demo.begin_ahead()
+    demo.begin()
     visitor = Visitor()
     assert visitor.progress
     making.gate.set()
     visitor.wait_for(is_shown)
     visitor.wait_for(is_at_rest)
-    demo.begin_ahead()  # it is there: nothing is begun
     assert making.calls == 1
 
 
@@ -169,7 +169,7 @@ def test_demo_is_returned_to_from_another_folder(sound_root: Path) -> None:
     assert "synthetic" not in visitor.sentences
     assert data.jobs().get(demo.KEY) is None
     visitor.press("Open the demo")
-    assert visitor.test.text_input(key="data_folder").value == str(demo.demo_folder())
+    assert visitor.test.text_input(key="data_folder").value == str(demo_folder())
     assert "synthetic" in visitor.sentences
     assert "Open the demo" not in visitor.buttons
     visitor.wait_for(is_shown)

@@ -14,7 +14,8 @@ import corsmal.detection
 from corsmal.detection import Detections
 from corsmal.detection.weights import COCO_WEIGHTS_URL
 from corsmal.parameters import METHOD_VIEWS
-from corsmal.ui import data, demo
+from corsmal.ui import data
+from corsmal.ui.folders import is_demo_ready
 from tests.app.driver import Visitor
 from tests.tiny import CONTAINERS, CUP, FRAMES, base_in_frame, silhouette, tiny_cameras
 
@@ -195,7 +196,7 @@ def test_coco_is_the_first_choice_elsewhere_and_the_demos_network_on_the_demo(
     assert Small.weights == (corsmal.demo.DETECTOR_WEIGHTS,)
     assert inspected(visitor) == 6
     on_demo = Visitor()
-    on_demo.wait_for(lambda _visitor: demo.is_ready() and is_done(_visitor))
+    on_demo.wait_for(lambda _visitor: is_demo_ready() and is_done(_visitor))
     assert on_demo.open("frames").test.selectbox(key="detector").value == "demo"
 
 

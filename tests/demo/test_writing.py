@@ -8,9 +8,10 @@ import pytest
 from corsmal.dataset import open_dataset
 from corsmal.dataset.calibration import read_camera
 from corsmal.demo import files
+from corsmal.demo import worker as workers
 from corsmal.demo.plan import demo_plan
 from corsmal.demo.truth import open_demo_truth
-from corsmal.demo.worker import Task, Worker
+from corsmal.demo.worker import Task, Worker, run_tasks, start_ahead
 from corsmal.demo.writing import write_demo
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 
@@ -139,6 +140,26 @@ def test_a_demo_of_other_settings_is_refused(demo_root):
 def test_arguments_that_cannot_be_are_refused(arguments, tmp_path):
     with pytest.raises(ArgumentError, match="must"):
         write_demo(tmp_path, **SMALL | arguments)
+
+
+def test_tasks_are_done_by_the_processes_that_were_started_ahead(tmp_path, monkeypatch):
+    started = []
+
+    class Counted(Worker):
+        def __init__(self, number, folder):
+            super().__init__(number, folder)
+            started.append(number)
+
+    monkeypatch.setattr(workers, "Worker", Counted)
+    monkeypatch.setattr(workers, "usual_processes", lambda: 1)
+    start_ahead(tmp_path / "ahead")
+    planned, done = demo_plan(containers=(9, 2), recordings_per_container=1)[1], []
+    task = Task(planned, ("sound",), str(tmp_path / "made"), (64, 36))
+    run_tasks([task], processes=1, note=done.append, cancelled=lambda: False)
+    assert started == [0]
+    assert done == [task]
+    run_tasks([task], processes=1, note=done.append, cancelled=lambda: False)
+    assert started == [0, 0]
 
 
 def test_a_worker_process_makes_the_same_and_reports_what_fails(tmp_path, demo_root):
