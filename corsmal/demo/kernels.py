@@ -25,4 +25,4 @@ def kernel(function: Function) -> Function:
     the sources.
     """
     is_kept = bool(os.environ.get(CACHE_VARIABLE))
-    return cast(Function, njit(cache=is_kept, error_model="numpy", no_cfunc_wrapper=True)(function))
+    return cast(Function, njit(cache=is_kept, error_model="numpy")(function))
