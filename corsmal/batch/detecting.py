@@ -64,6 +64,18 @@ def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
     return DetectionSet(views, digest("detections", *origins), tuple(notes))
 
 
+def detections_origin(recording: Recording, *, store: Store) -> str:
+    """A digest of the files that ``load_detections`` reads, without reading them: it changes when one of them does."""
+    origins: list[object] = []
+    for name, view in recording.views.items():
+        paths = [view.video_path] if view.detections_path is None else [view.video_path, view.detections_path]
+        kept = _latest(view, store)
+        if kept is not None:
+            paths.append(store.file("detections", kept, ".parquet"))
+        origins += [name, kept, [file_fingerprint(path) if path.exists() else None for path in paths]]
+    return digest("origin of detections", *origins)
+
+
 def detect_recording(
     recording: Recording,
     detector: Detector,
@@ -219,9 +231,15 @@ class _ViewWork:
 
 
 def _stored(view: View, store: Store) -> tuple[str, ViewDetections | None]:
+    key = _latest(view, store)
+    return ("", None) if key is None else (key, store.detections(key))
+
+
+def _latest(view: View, store: Store) -> str | None:
+    """The key of what the last detector found in a view."""
     latest = store.json("latest", _latest_key(view))
     key = latest.get("detections") if latest else None
-    return (key, store.detections(key)) if isinstance(key, str) else ("", None)
+    return key if isinstance(key, str) else None
 
 
 def _latest_key(view: View) -> str:

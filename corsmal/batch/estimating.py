@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from corsmal.batch.detecting import DetectionSet, load_detections
+from corsmal.batch.detecting import DetectionSet, detections_origin, load_detections
 from corsmal.batch.fitting import calibration_fingerprints
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError, FileError
@@ -49,12 +49,12 @@ class Predictors:
 def load_estimate(recording: Recording, predictors: Predictors, *, store: Store) -> dict[str, Any]:
     """The row of one recording, from the store if it was estimated before; a failed one with the reason."""
     try:
-        detections = load_detections(recording, store=store)
-        key = digest("estimate", predictors.key, detections.key, _files(recording, predictors))
+        origin = detections_origin(recording, store=store)
+        key = digest("estimate", predictors.key, origin, _files(recording, predictors))
         kept = store.json(KIND, key)
         if kept is not None:
             return kept
-        row = _estimated(recording, detections, predictors, store)
+        row = _estimated(recording, load_detections(recording, store=store), predictors, store)
     except CorsmalError as error:
         return {"recording_id": recording.id, "status": "failed", "notes": str(error)}
     store.save_json(KIND, key, row)

@@ -2,13 +2,13 @@
 
 import json
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from corsmal.detection.coco_entry import CocoEntry, parse_entry
 from corsmal.detection.record import Detections
-from corsmal.detection.rle import Size, checked_size
+from corsmal.detection.rle import Size, checked_size, whole_counts
 from corsmal.detection.view import ViewDetections
 from corsmal.errors import ArgumentError, FileError
 
@@ -33,9 +33,10 @@ def read_coco_results(path: str | Path, *, size: Size, frame_count: int | None =
     entries = _read_list(path)
     by_frame: dict[int, list[CocoEntry]] = defaultdict(list)
     skipped: Counter[str] = Counter()
+    whole = whole_counts(_compressed(entries), size)
     for entry in entries:
         try:
-            by_frame[_frame(entry, frame_count)].append(parse_entry(entry, size))
+            by_frame[_frame(entry, frame_count)].append(parse_entry(entry, size, whole=whole))
         except ArgumentError as error:
             skipped[str(error)] += 1
     problems = tuple(f"{count} {_entries(count)} skipped: {reason}" for reason, count in skipped.items())
@@ -75,6 +76,15 @@ def _read_list(path: Path) -> Sequence[Any]:
     if not isinstance(entries, list):
         raise FileError(path, f"is not a list of COCO results entries but a JSON {type(entries).__name__}")
     return entries
+
+
+def _compressed(entries: Sequence[Any]) -> Iterator[bytes]:
+    """All compressed run lengths, whatever the entries are."""
+    for entry in entries:
+        segmentation = entry.get("segmentation") if isinstance(entry, dict) else None
+        counts = segmentation.get("counts") if isinstance(segmentation, dict) else None
+        if isinstance(counts, str) and counts.isascii():
+            yield counts.encode("ascii")
 
 
 def _frame(entry: Any, frame_count: int | None) -> int:

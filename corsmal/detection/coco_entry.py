@@ -1,7 +1,7 @@
 """One entry of a COCO results file: a detection with its class, score, box and mask."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any, NamedTuple
 
 from corsmal.detection.rle import Size, counts_from_segmentation, mask_box, numbers
@@ -20,13 +20,14 @@ class CocoEntry(NamedTuple):
     counts: bytes
 
 
-def parse_entry(entry: Any, size: Size) -> CocoEntry:
+def parse_entry(entry: Any, size: Size, *, whole: Container[bytes] = ()) -> CocoEntry:
     """Read one entry of a COCO results file.
 
     Args:
         entry: a mapping with ``category_id``, ``score``, ``segmentation`` and, unless it is to be taken from the
             mask, ``bbox`` (x, y, width, height).
         size: (H, W) of the image in pixels.
+        whole: compressed run lengths that were checked before, from ``rle.whole_counts``.
 
     Raises:
         ArgumentError: the entry cannot be used. The text says why without numbers that differ from entry to entry, so
@@ -42,7 +43,7 @@ def parse_entry(entry: Any, size: Size) -> CocoEntry:
         raise ArgumentError(f"unknown class, COCO's numbers are {CLASS_MIN} to {CLASS_MAX}")
     if type(score) not in (int, float) or not 0 <= score <= 1:
         raise ArgumentError("the score is no number from 0 to 1")
-    counts = counts_from_segmentation(entry.get("segmentation"), size)
+    counts = counts_from_segmentation(entry.get("segmentation"), size, whole=whole)
     x, y, width, height = _box(entry, counts, size)
     return CocoEntry((x, y, x + width, y + height), float(score), label, counts)
 

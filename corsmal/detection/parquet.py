@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from corsmal.detection.record import Detections
-from corsmal.detection.rle import as_rle
+from corsmal.detection.rle import as_rle, whole_counts
 from corsmal.detection.view import ViewDetections
 from corsmal.digests import digest
 from corsmal.errors import FileError
@@ -67,11 +67,13 @@ def read_parquet(path: Path) -> ViewDetections:
     size = (view["size"][0], view["size"][1])
     boxes = np.column_stack([table[name].to_numpy() for name in BOX_COLUMNS])
     scores, labels, row_frames = (table[name].to_numpy() for name in ("score", "label", "frame"))
-    rles = [as_rle(counts, size) for counts in table["mask_rle"].to_pylist()]
+    masks = table["mask_rle"].to_pylist()
+    rles, whole = [as_rle(counts, size) for counts in masks], whole_counts(masks, size)
     by_frame = {}
     for frame in view["frames"]:
         rows = slice(*np.searchsorted(row_frames, [frame, frame + 1]))
-        by_frame[frame] = Detections.from_rles(boxes[rows], scores[rows], labels[rows], rles[rows], size=size)
+        columns = boxes[rows], scores[rows], labels[rows], rles[rows]
+        by_frame[frame] = Detections.from_rles(*columns, size=size, whole=whole)
     if sum(map(len, by_frame.values())) != len(scores):
         raise FileError(path, "holds detections of frames that it does not list")
     return ViewDetections(by_frame, size=size, source=view["source"], problems=tuple(view["problems"]))

@@ -1,6 +1,6 @@
 """The record of one frame's detections."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,6 +66,7 @@ class Detections:
         rles: Sequence[Mapping[str, Any]],
         *,
         size: Size,
+        whole: Container[bytes] = (),
     ) -> "Detections":
         """Detections whose masks are compressed run lengths already.
 
@@ -75,12 +76,13 @@ class Detections:
             labels: as in the class.
             rles: n mappings with ``size`` [H, W] and ``counts`` (bytes).
             size: (H, W) of the image in pixels.
+            whole: counts that were checked before, from ``rle.whole_counts``.
 
         Raises:
             ArgumentError: as in the class; or run lengths are broken or of another size.
         """
         size = checked_size(size)
-        return cls._make(boxes, scores, labels, tuple(counts_from_rle(rle, size) for rle in rles), size)
+        return cls._make(boxes, scores, labels, tuple(counts_from_rle(rle, size, whole=whole) for rle in rles), size)
 
     @classmethod
     def from_coco(cls, entries: Sequence[Mapping[str, Any]], *, size: Size) -> "Detections":

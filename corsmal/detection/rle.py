@@ -4,9 +4,12 @@ A mask is held as its ``counts``, the compressed run lengths. pycocotools compre
 is given: run lengths that do not add up read foreign memory. Counts from outside therefore pass ``run_lengths`` first.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
+from itertools import compress, groupby
+from operator import itemgetter
 from typing import Any, TypedDict
 
+import cv2
 import numpy as np
 import pycocotools.mask as coco_mask
 from numpy.typing import NDArray
@@ -22,6 +25,9 @@ CHARACTERS_MAX = 6
 """Of one run length: 30 bits, more than the pixels of any image."""
 
 BROKEN = "the mask's run lengths (RLE) are broken"
+
+CHARACTERS_AT_ONCE = 16_384
+"""What ``whole_counts`` looks at together stays in the processor's cache."""
 
 
 def checked_size(size: Sequence[int]) -> Size:
@@ -62,7 +68,7 @@ def decode_mask(counts: bytes, size: Size) -> NDArray[np.bool_]:
     runs = run_lengths(counts, size)
     is_mask = np.arange(len(runs)) % 2 == 1
     columns = np.repeat(is_mask, runs).reshape(size[1], size[0])  # (W, H)
-    return np.ascontiguousarray(columns.T)
+    return cv2.transpose(columns.view(np.uint8)).view(np.bool_)  # several times as fast as NumPy's copy
 
 
 def mask_areas(counts: Sequence[bytes], size: Size) -> NDArray[np.int64]:
@@ -102,30 +108,71 @@ def run_lengths(counts: bytes, size: Size) -> NDArray[np.int64]:
     # From the fourth run on, each is written as its difference to the run two before it.
     runs[1::2] = np.cumsum(runs[1::2])
     runs[2::2] = np.cumsum(runs[2::2])
-    if runs.min() < 0 or runs.sum() != size[0] * size[1]:
+    # a run longer than the image is caught by itself: sums of many could overflow
+    if runs.min() < 0 or runs.max() > size[0] * size[1] or runs.sum() != size[0] * size[1]:
         raise ArgumentError(BROKEN)
     return runs
 
 
-def counts_from_segmentation(segmentation: Any, size: Size) -> bytes:
+def whole_counts(counts: Iterable[bytes], size: Size) -> set[bytes]:
+    """Those of many counts that ``run_lengths`` finds no fault with, told many times faster than one by one."""
+    items = list(filter(None, counts))
+    part_of = np.cumsum([len(item) for item in items], dtype=np.int64) // CHARACTERS_AT_ONCE
+    found: set[bytes] = set()
+    for _, members in groupby(zip(part_of.tolist(), items, strict=True), key=itemgetter(0)):
+        part = [item for _, item in members]
+        found.update(compress(part, _are_whole(part, size[0] * size[1])))
+    return found
+
+
+def _are_whole(counts: Sequence[bytes], pixels: int) -> NDArray[np.bool_]:
+    """As ``run_lengths``, for all counts in one array: they are not empty, and stay apart where one is broken."""
+    characters = np.frombuffer(b"".join(counts), dtype=np.uint8).astype(np.int64) - FIRST_CHARACTER
+    after = np.cumsum([len(item) for item in counts])
+    is_last = ~(characters & CONTINUES).astype(bool)
+    is_good = is_last[after - 1]
+    is_last[after - 1] = True
+    ends = np.flatnonzero(is_last)
+    starts = np.concatenate([[0], ends[:-1] + 1])
+    lengths = ends - starts + 1
+    places = 5 * (np.arange(len(characters)) - np.repeat(starts, lengths))
+    runs = np.add.reduceat((characters & VALUE) << places, starts)
+    runs -= np.where(characters[ends] & NEGATIVE, np.int64(1) << 5 * lengths, 0)
+    first_characters = np.concatenate([[0], after[:-1]])
+    first = np.searchsorted(starts, first_characters)  # each mask's first run
+    own = np.diff(np.append(first, len(runs)))
+    position = np.arange(len(runs)) - np.repeat(first, own)
+    is_odd, is_even = position % 2 == 1, (position % 2 == 0) & (position > 0)
+    for chosen in (is_odd, is_even):
+        sums = np.cumsum(np.where(chosen, runs, 0))
+        runs = np.where(chosen, sums - np.repeat(np.concatenate([[0], sums[first[1:] - 1]]), own), runs)
+    is_good &= np.minimum.reduceat(characters, first_characters) >= 0
+    is_good &= np.maximum.reduceat(characters, first_characters) <= (CONTINUES | VALUE)
+    is_good &= np.maximum.reduceat(lengths, first) <= CHARACTERS_MAX
+    is_good &= (np.minimum.reduceat(runs, first) >= 0) & (np.maximum.reduceat(runs, first) <= pixels)
+    return is_good & (np.add.reduceat(runs, first) == pixels)
+
+
+def counts_from_segmentation(segmentation: Any, size: Size, *, whole: Container[bytes] = ()) -> bytes:
     """Checked counts of a COCO ``segmentation``: polygons, plain or compressed run lengths.
 
     Args:
         segmentation: a list of polygons ``[x0, y0, x1, y1, ...]`` in pixels, or a mapping with ``size`` (H, W) and
             ``counts`` (a list of numbers, a string or bytes).
         size: (H, W) of the image.
+        whole: compressed run lengths that were checked before, from ``whole_counts``.
 
     Raises:
         ArgumentError: it is none of these, or its size is another; the text says which.
     """
     if isinstance(segmentation, Mapping):
-        return counts_from_rle(segmentation, size)
+        return counts_from_rle(segmentation, size, whole=whole)
     if isinstance(segmentation, list) and segmentation:
         return _counts_from_polygons(segmentation, size)
     raise ArgumentError("the mask (segmentation) is missing or neither polygons nor run lengths")
 
 
-def counts_from_rle(rle: Mapping[str, Any], size: Size) -> bytes:
+def counts_from_rle(rle: Mapping[str, Any], size: Size, *, whole: Container[bytes] = ()) -> bytes:
     """Checked counts of run lengths, plain (a list) or compressed (a string or bytes).
 
     Raises:
@@ -145,7 +192,8 @@ def counts_from_rle(rle: Mapping[str, Any], size: Size) -> bytes:
         counts = counts.encode("ascii")
     if not isinstance(counts, bytes):
         raise ArgumentError(BROKEN)
-    run_lengths(counts, size)
+    if counts not in whole:
+        run_lengths(counts, size)
     return counts
 
 

@@ -44,10 +44,11 @@ def paint_mask(picture: Image, mask: NDArray[np.bool_], *, rgb_colour: tuple[int
     """Tint the pixels of an (H, W) bool mask in an (H, W, 3) picture, in place, and draw its outlines."""
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
     part, inside = picture[y : y + height, x : x + width], mask[y : y + height, x : x + width]
-    part[inside] = ((1 - opacity) * part[inside] + opacity * np.array(rgb_colour)).astype(np.uint8)
-    contours, _ = cv2.findContours(
-        np.ascontiguousarray(inside, np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE, offset=(x, y)
-    )
+    filled = np.ascontiguousarray(inside, np.uint8)
+    if width:
+        tinted = (1 - opacity) * np.arange(256)[:, None] + opacity * np.array(rgb_colour)  # (256, 3), by old value
+        cv2.copyTo(cv2.LUT(np.ascontiguousarray(part), tinted.astype(np.uint8)[None]), filled, part)
+    contours, _ = cv2.findContours(filled, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE, offset=(x, y))
     cv2.drawContours(picture, contours, -1, rgb_colour, 1, cv2.LINE_AA)
 
 

@@ -17,9 +17,9 @@ SCENARIOS = {0: "on the table", 1: "held", 2: "brought in"}
 
 def recording_labels(table: pd.DataFrame) -> dict[str, str]:
     """Each recording in one line, by id: container, filling and level, as far as they are known."""
-    known = table[["container", "filling", "level"]].astype("string").fillna("")
+    known = (table[column].to_numpy(dtype=object, na_value="") for column in ("container", "filling", "level"))
     labels = {}
-    for name, container, filling, level in known.itertuples():
+    for name, container, filling, level in zip(table.index.to_numpy(dtype=object), *known, strict=True):
         content = "empty" if filling == "none" else ", ".join(filter(None, (filling, level)))
         labels[name] = " · ".join(filter(None, (name, container, content)))
     return labels

@@ -1,17 +1,24 @@
-"""The demo's detector on one 640x360 frame, beside its network alone. Compare the rows of one run."""
+"""The demo's detector beside its network alone. Compare the rows of one run."""
+
+import itertools
 
 import pytest
 import torch
 
+from corsmal.batch import detect_recording
+from corsmal.dataset import open_dataset
 from corsmal.demo import DETECTOR_WEIGHTS
 from corsmal.demo.rendering import render_frame
 from corsmal.demo.scene import training_scene
 from corsmal.detection import SmallDetector
+from corsmal.parameters import METHOD_VIEWS
+from corsmal.store import Store
+from tests.tiny import write_tiny_dataset
 
-pytestmark = [
-    pytest.mark.skipif(not DETECTOR_WEIGHTS.is_file(), reason="the demo's detector was not trained"),
-    pytest.mark.benchmark(group="one 640x360 frame"),
-]
+pytestmark = pytest.mark.skipif(not DETECTOR_WEIGHTS.is_file(), reason="the demo's detector was not trained")
+one_frame = pytest.mark.benchmark(group="detect a frame", max_time=1.5)
+one_recording = pytest.mark.benchmark(group="detect a recording")
+BATCH = 4
 
 
 @pytest.fixture(scope="module")
@@ -24,20 +31,46 @@ def image():
     return render_frame(training_scene(1), "view3", 10).image
 
 
-def test_rendering(benchmark):
-    scene = training_scene(1)
-    benchmark(render_frame, scene, "view3", 10)
+@torch.inference_mode()
+def forward(detector, images):
+    return detector._network([torch.from_numpy(image).permute(2, 0, 1) / 255 for image in images])
 
 
-def test_detecting(benchmark, detector, image):
+@one_frame
+def test_detect_in_one_frame_of_640x360(benchmark, detector, image):
     assert benchmark(detector.detect, [image])
 
 
-def test_bare_cost_the_forward_pass(benchmark, detector, image):
-    batch = [torch.from_numpy(image).permute(2, 0, 1) / 255]
+@one_frame
+def test_bare_forward_pass(benchmark, detector, image):
+    assert benchmark(forward, detector, [image])
 
-    @torch.inference_mode()
-    def forward():
-        return detector._network(batch)
 
-    assert benchmark(forward)
+@pytest.fixture(scope="module")
+def bare_recording(tmp_path_factory):
+    """A recording without detections: three views of 16 frames."""
+    root = write_tiny_dataset(tmp_path_factory.mktemp("bare"), recordings=1, frames=16)
+    for path in root.glob("view*/detections/*.json"):
+        path.unlink()
+    return open_dataset(root)["000000"]
+
+
+@one_recording
+def test_detect_in_48_frames_and_keep_it(benchmark, detector, bare_recording, tmp_path):
+    """With decoding, from coarse to fine, and what is stored on the way."""
+    numbers = itertools.count()
+
+    def detect():
+        detect_recording(bare_recording, detector, store=Store(tmp_path / str(next(numbers))))
+
+    benchmark.pedantic(detect, rounds=3)
+
+
+@one_recording
+def test_bare_forward_passes_in_batches_of_4(benchmark, detector, bare_recording):
+    images = []
+    for view in METHOD_VIEWS:
+        with bare_recording.views[view].video() as video:
+            images += list(video)
+    batches = [images[first : first + BATCH] for first in range(0, len(images), BATCH)]
+    benchmark.pedantic(lambda: [forward(detector, batch) for batch in batches], rounds=3)

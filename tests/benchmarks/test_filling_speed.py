@@ -1,4 +1,6 @@
-"""The filling network and its front end against the plain way. Compare the rows of one run."""
+"""The filling network and its front end. Compare the rows of one run."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,13 +11,18 @@ from torchaudio.transforms import MelSpectrogram
 
 from corsmal.dataset.audio import read_audio
 from corsmal.filling import FillingConfig, FillingModel, FillingPredictor, FillingSample, log_mel, save_filling
+from corsmal.filling.fitting import fit_network
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import Batches
 
 SECONDS, RATE_HZ = 10, 44_100
 TRAINING = FillingTraining.paper()
-RECORDINGS = 16
-"""Of the epoch that is measured: one over 684 takes 43 times as long, both ways."""
+RECORDINGS, EPOCHS = 16, 2
+"""An epoch over 684 recordings takes 43 times as long, whichever way."""
+
+listening = pytest.mark.benchmark(group="front end", max_time=0.7)
+answering = pytest.mark.benchmark(group="inference", max_time=0.7)
+learning = pytest.mark.benchmark(group="train")
 
 
 @pytest.fixture(scope="module")
@@ -35,13 +42,13 @@ def bare_stft(waveform):
     return torch.stft(torch.from_numpy(waveform), 2048, 1024, window=window, return_complex=True)
 
 
-@pytest.mark.benchmark(group="front end, 8 channels of 10 s")
-def test_log_mel(benchmark, waveform):
+@listening
+def test_log_mel_of_8_channels_of_10_s(benchmark, waveform):
     assert benchmark(log_mel, waveform).shape == (8, 431, 128)
 
 
-@pytest.mark.benchmark(group="front end, 8 channels of 10 s")
-def test_bare_cost_the_stft_alone(benchmark, waveform):
+@listening
+def test_bare_stft_in_single_precision(benchmark, waveform):
     assert benchmark(bare_stft, waveform).shape == (8, 1025, 431)
 
 
@@ -77,17 +84,31 @@ def model():
     return FillingModel(FillingConfig.paper())
 
 
-@pytest.mark.benchmark(group="an epoch's two passes over 16 recordings of 10 s")
-def test_epoch(benchmark, model, waveform):
-    samples, rng = samples_of(log_mel(waveform)), np.random.default_rng(0)
-    batches = Batches(samples, size=TRAINING.batch, tasks=TRAINING.tasks, rng=rng)
-    benchmark.pedantic(epoch, args=(model, batches), rounds=3)
+@learning
+@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
+def test_train_2_epochs_on_16_recordings_of_10_s(benchmark, waveform, tmp_path):
+    """With Lightning, its logs and a checkpoint per epoch."""
+    samples, numbers = samples_of(log_mel(waveform)), iter(range(10))
+    training = replace(TRAINING, epochs=EPOCHS, keep="last")
+
+    def fit():
+        fit_network(tmp_path / str(next(numbers)), samples, training=training, index=0, seed=0, validation=())
+
+    benchmark.pedantic(fit, rounds=2)
 
 
-@pytest.mark.benchmark(group="an epoch's two passes over 16 recordings of 10 s")
-def test_plain_epoch(benchmark, model, path):
+@learning
+def test_bare_steps_on_batches_that_are_made(benchmark, model, waveform):
     rng = np.random.default_rng(0)
-    benchmark.pedantic(lambda: epoch(model, plain_batches(path, rng)), rounds=3)
+    batches = Batches(samples_of(log_mel(waveform)), size=TRAINING.batch, tasks=TRAINING.tasks, rng=rng)
+    made = [list(batches) for _ in range(EPOCHS)]
+    benchmark.pedantic(lambda: [epoch(model, batches) for batches in made], rounds=2)
+
+
+@learning
+def test_plain_epochs_that_read_the_sound_every_time(benchmark, model, path):
+    rng = np.random.default_rng(0)
+    benchmark.pedantic(lambda: [epoch(model, plain_batches(path, rng)) for _ in range(EPOCHS)], rounds=1)
 
 
 @pytest.fixture
@@ -96,13 +117,13 @@ def predictor(tmp_path, model):
     return FillingPredictor(tmp_path / "filling.safetensors")
 
 
-@pytest.mark.benchmark(group="inference, 8 channels of 10 s")
-def test_front_end_and_prediction(benchmark, predictor, waveform):
+@answering
+def test_filling_of_8_channels_of_10_s(benchmark, predictor, waveform):
     assert benchmark(lambda: predictor.predict(log_mel(waveform))).ok
 
 
-@pytest.mark.benchmark(group="inference, 8 channels of 10 s")
-def test_bare_cost_the_stft_and_the_forward_pass(benchmark, model, waveform):
+@answering
+def test_bare_stft_and_forward_pass(benchmark, model, waveform):
     batch = torch.from_numpy(log_mel(waveform))[None]
     model.eval()
 

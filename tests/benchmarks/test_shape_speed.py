@@ -5,7 +5,6 @@ import pytest
 
 from corsmal.parameters import ShapeParameters
 from corsmal.shape import fit_hull, measure_hull
-from corsmal.shape.fitting import contour_centroid
 from tests.shape.test_fitting import BASE_M, CUP, slow_radii
 from tests.tiny import silhouette, tiny_cameras
 
@@ -19,14 +18,27 @@ def views():
     return cameras, [silhouette(camera, CUP, BASE_M) for camera in cameras]
 
 
-@pytest.mark.benchmark(group="fit of two 1280x720 masks")
+fitting = pytest.mark.benchmark(group="fit")
+measuring = pytest.mark.benchmark(group="measure", max_time=0.3)
+
+
+@fitting
 @pytest.mark.parametrize("preset", ["paper", "lode", "tuned"])
-def test_fit(benchmark, views, preset):
+def test_fit_two_masks_of_1280x720(benchmark, views, preset):
     parameters = getattr(ShapeParameters, preset)()
     assert benchmark(fit_hull, *views, parameters).converged.any()
 
 
-@pytest.mark.benchmark(group="fit of two 1280x720 masks")
+@fitting
+def test_bare_look_ups_one_per_circumference(benchmark, views):
+    """As many as LoDE has circumferences and radii."""
+    _, masks = views
+    rng = np.random.default_rng(0)
+    rows, columns = rng.integers(0, 720, 2 * 500 * 145), rng.integers(0, 1280, 2 * 500 * 145)
+    benchmark(lambda: masks[0][rows, columns])
+
+
+@fitting
 def test_plain_fit_of_a_25th_of_the_heights_of_lode(benchmark, views):
     parameters = ShapeParameters.lode()
     hull = fit_hull(*views, parameters)
@@ -36,21 +48,13 @@ def test_plain_fit_of_a_25th_of_the_heights_of_lode(benchmark, views):
     np.testing.assert_array_equal(radii, part.radii_mm)
 
 
-@pytest.mark.benchmark(group="fit of two 1280x720 masks")
-def test_bare_cost_the_centroids_alone(benchmark, views):
-    _, masks = views
-    assert benchmark(lambda: [contour_centroid(mask) for mask in masks])[0] is not None
-
-
-@pytest.mark.benchmark(group="fit of two 1280x720 masks")
-def test_bare_cost_as_many_look_ups_as_circumferences(benchmark, views):
-    _, masks = views
-    rng = np.random.default_rng(0)
-    rows, columns = rng.integers(0, 720, 2 * 500 * 145), rng.integers(0, 1280, 2 * 500 * 145)
-    benchmark(lambda: masks[0][rows, columns])
-
-
-@pytest.mark.benchmark(group="fit of two 1280x720 masks")
-def test_measures(benchmark, views):
+@measuring
+def test_measure_a_hull(benchmark, views):
     hull = fit_hull(*views)
     assert benchmark(measure_hull, hull).ok
+
+
+@measuring
+def test_bare_integral_of_the_radii(benchmark, views):
+    hull = fit_hull(*views)
+    assert benchmark(lambda: np.pi * np.trapezoid(hull.radii_mm**2, hull.heights_mm)) > 0

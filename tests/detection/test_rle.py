@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from corsmal.detection import rle
 from corsmal.detection.rle import (
     counts_from_segmentation,
     decode_mask,
@@ -12,6 +13,7 @@ from corsmal.detection.rle import (
     mask_areas,
     mask_box,
     run_lengths,
+    whole_counts,
 )
 from corsmal.errors import ArgumentError
 
@@ -70,6 +72,32 @@ def test_random_counts_are_rejected_or_decode_to_the_pixels_they_name(counts):
     except ArgumentError:
         return
     assert decode_mask(counts, size).sum() == mask_areas([counts], size)[0] <= 20
+
+
+def is_whole(counts, size):
+    try:
+        run_lengths(counts, size)
+    except ArgumentError:
+        return False
+    return True
+
+
+@st.composite
+def counts_good_and_broken(draw):
+    """Counts of masks of 4x5, some with a character changed, lost or added, and some of random bytes."""
+    counts = list(encode_masks(draw(arrays(np.bool_, st.tuples(st.integers(0, 6), st.just(4), st.just(5))))))
+    for index in draw(st.sets(st.integers(0, len(counts)), max_size=3)) - {len(counts)}:
+        place, more = draw(st.integers(0, len(counts[index]))), draw(st.binary(max_size=7))
+        counts[index] = counts[index][:place] + more + counts[index][place + draw(st.integers(0, 1)) :]
+    return draw(st.permutations(counts + draw(st.lists(st.binary(max_size=9), max_size=4))))
+
+
+@pytest.mark.parametrize("characters_at_once", [1, 16_384])
+@given(counts=counts_good_and_broken())
+def test_many_counts_are_told_whole_or_broken_as_one_by_one(characters_at_once, counts):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rle, "CHARACTERS_AT_ONCE", characters_at_once)
+        assert whole_counts(counts, (4, 5)) == {item for item in counts if is_whole(item, (4, 5))}
 
 
 def test_counts_of_negative_runs_are_rejected():
