@@ -1,6 +1,7 @@
 """One network with its passes, its losses and its optimiser, for Lightning (paper 2 and 4.2)."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import lightning
 import numpy as np
@@ -75,12 +76,18 @@ class FillingModule(lightning.LightningModule):
             losses["type"] = losses["type"] + functional.cross_entropy(types, part.types, reduction="sum")
         return {task: loss / len(batch) for task, loss in losses.items()}
 
-    def configure_optimizers(self) -> torch.optim.Optimizer:
+    def configure_optimizers(self) -> Any:
         """AdamW over everything; what gets no gradient in a pass is not changed by it."""
         settings = self._training
-        return torch.optim.AdamW(
+        optimiser = torch.optim.AdamW(
             self.network.parameters(), settings.rate, weight_decay=settings.weight_decay, fused=True
         )
+        if settings.schedule == "constant":
+            return optimiser
+        return {
+            "optimizer": optimiser,
+            "lr_scheduler": torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, settings.epochs),
+        }
 
 
 def stream(*numbers: int) -> int:

@@ -52,6 +52,17 @@ def test_joint_pass_changes_everything():
     assert (task, changed) == ("both", learned)
 
 
+def test_rate_is_lowered_by_half_a_cosine():
+    module = FillingModule(replace(JOINT, schedule="cosine", epochs=4), 0, made_samples(21), [], seed=0)
+    made = module.configure_optimizers()
+    rates = []
+    for _ in range(4):
+        rates.append(made["optimizer"].param_groups[0]["lr"] / JOINT.rate)
+        made["optimizer"].step()
+        made["lr_scheduler"].step()
+    assert rates == pytest.approx([1, 0.5 + 0.125**0.5, 0.5, 0.5 - 0.125**0.5])
+
+
 def test_alternating_epoch_is_the_type_pass_and_then_the_level_pass():
     module = FillingModule(PAPER, 0, made_samples(21), made_samples(7), seed=0)
     assert [batch.task for batch in module.train_dataloader()] == ["type"] * 3 + ["level"] * 3

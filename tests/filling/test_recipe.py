@@ -38,6 +38,7 @@ def test_settings_are_fitted_to_the_features_form():
         {"networks": (SMALL, replace(SMALL, decoding="feasible"))},
         {"passes": "both"},
         {"keep": "first"},
+        {"schedule": "linear"},
         {"epochs": 0},
         {"batch": 2.0},
         {"rate": 0.0},
