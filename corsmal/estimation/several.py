@@ -4,19 +4,28 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
 from corsmal.estimation.fit import QUANTITIES, Fit, fit_frame
 from corsmal.parameters import SelectionParameters, ShapeParameters
 from corsmal.selection import BestFrame, FrameDetections, score_frames
 
-BELIEVED = 5
-"""So many fits are believed, those whose silhouettes agree best with the masks: the least hidden, the best detected."""
+VOTERS = 5
+"""So many fits say whether it is a box, those whose silhouettes agree best with the masks."""
 
-INTERVAL_SCALE = 1.5
+TRUST_POWER = 2
+"""A fit counts with this power of its overlap. The best explained alone would decide less well: a mask that is too wide
+in all frames explains itself, and one in which a hand hides the container does not have that fault."""
+
+MIDDLE = (0.1, 0.9)
+"""Between these quantiles of the fits their spread is read."""
+
+INTERVAL_SCALE = 1.4
 """From the spread of the fits and a pixel's size to half of a 90 % interval."""
 
 Interval = tuple[float, float]
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +33,8 @@ class Combined:
     """What several fits say together.
 
     Args:
-        fit: the one that is believed most.
-        values: the median of the believed ones, by quantity.
+        fit: the one that is explained best.
+        values: their weighted median, by quantity.
         intervals: where the truth lies with a probability of 90 %, by quantity.
     """
 
@@ -86,8 +95,8 @@ def fit_best_frames(
 def combine_fits(fits: Sequence[Fit], recording: Recording) -> Combined | None:
     """What fits of several frames of one recording say together; None where all failed.
 
-    The container is rigid: the median of the believed fits is taken for each quantity. A box or a solid of revolution,
-    as most of them say.
+    The container is rigid: the median over the fits is taken for each quantity, weighted by how well their silhouettes
+    agree with the masks. A box or a solid of revolution, as most of the best explained say.
 
     Args:
         fits: of a pair of views.
@@ -96,20 +105,27 @@ def combine_fits(fits: Sequence[Fit], recording: Recording) -> Combined | None:
     found = sorted((fit for fit in fits if fit.ok), key=lambda fit: -(fit.hull.overlap or 0.0))
     if not found:
         return None
-    boxes = [fit.hull.depth_mm is not None for fit in found[:BELIEVED]]
-    is_box = sum(boxes) > len(boxes) / 2
-    alike = [fit for fit in found if (fit.hull.depth_mm is not None) == is_box]
-    believed = alike[:BELIEVED]
-    table = np.array([[getattr(fit.dimensions, name) for name in QUANTITIES] for fit in believed], dtype=np.float64)
-    values = dict(zip(QUANTITIES, np.median(table, axis=0).tolist(), strict=True))
+    boxes = [fit.hull.depth_mm is not None for fit in found]
+    is_box = np.mean(boxes[:VOTERS]) > 0.5
+    alike = [fit for fit, box in zip(found, boxes, strict=True) if box == is_box]
+    table = np.array([[getattr(fit.dimensions, name) for name in QUANTITIES] for fit in alike], dtype=np.float64)
+    weights = np.array([fit.hull.overlap or 1.0 for fit in alike]) ** TRUST_POWER
+    low, middle, high = np.array([_quantiles(column, weights, (MIDDLE[0], 0.5, MIDDLE[1])) for column in table.T]).T
+    values = dict(zip(QUANTITIES, middle.tolist(), strict=True))
     if len(fits) == 1:
         return Combined(found[0], values, {})
-    return Combined(believed[0], values, _intervals(table, values, pixel_mm=_pixel_mm(believed[0], recording)))
+    return Combined(alike[0], values, _intervals(values, (high - low) / 2, pixel_mm=_pixel_mm(alike[0], recording)))
 
 
-def _intervals(table: np.ndarray, values: Mapping[str, float], *, pixel_mm: float) -> dict[str, Interval]:
+def _quantiles(values: Floats, weights: Floats, shares: Sequence[float]) -> Floats:
+    """Weighted quantiles: half of a value's weight lies on either side of it."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order]) - weights[order] / 2
+    return np.interp(np.array(shares) * weights.sum(), below, values[order])
+
+
+def _intervals(values: Mapping[str, float], spreads: Floats, *, pixel_mm: float) -> dict[str, Interval]:
     """Half an interval holds the spread of the fits and what a pixel more or less of the masks does to a quantity."""
-    spreads = np.ptp(table, axis=0) / 2
     sizes = [values[name] for name in QUANTITIES[1:]]
     pixels = [values["capacity_ml"] * sum(pixel_mm / size for size in sizes), *[pixel_mm] * 3]
     halves = INTERVAL_SCALE * np.hypot(spreads, pixels)

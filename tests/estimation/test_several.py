@@ -13,7 +13,7 @@ from corsmal.estimation import (
     fit_best_frames,
     fit_frame,
 )
-from corsmal.estimation.several import BELIEVED, INTERVAL_SCALE, all_scored
+from corsmal.estimation.several import INTERVAL_SCALE, all_scored
 from corsmal.parameters import ShapeParameters
 from corsmal.selection import select_best_frame
 from corsmal.shape import Dimensions, Hull
@@ -49,16 +49,23 @@ def fit(frame, *, overlap, capacity_ml=500.0, depth_mm=None):
     return Fit(PAIR, frame, hull, Dimensions(capacity_ml, 80.0, 80.0, 100.0))
 
 
-def test_the_median_of_the_best_explained_fits_counts():
-    fits = [fit(n, overlap=0.9 - n / 100, capacity_ml=500.0 + 10 * n) for n in range(9)]
+def test_the_weighted_median_of_all_fits_counts():
+    fits = [fit(n, overlap=0.9, capacity_ml=500.0 + 10 * n) for n in range(9)]
     found = combine_fits(fits, SEEN)
     assert found.fit.frame == 0
-    assert BELIEVED == 5
-    assert found.values["capacity_ml"] == 520
+    assert found.values["capacity_ml"] == pytest.approx(540)
+    assert found.values["height_mm"] == 100
+
+
+def test_what_explains_the_masks_better_counts_more():
+    # squares of the overlaps: 0.64, 0.16, 0.16; the first one's middle is at 0.32, the second's at 0.72, half at 0.48
+    capacities = {0: (0.8, 400.0), 1: (0.4, 500.0), 2: (0.4, 600.0)}
+    fits = [fit(frame, overlap=overlap, capacity_ml=value) for frame, (overlap, value) in capacities.items()]
+    assert combine_fits(fits, SEEN).values["capacity_ml"] == pytest.approx(400 + 100 * (0.48 - 0.32) / (0.72 - 0.32))
 
 
 def test_intervals_hold_spread_and_a_pixel():
-    found = combine_fits([fit(0, overlap=0.9, capacity_ml=480.0), fit(1, overlap=0.8, capacity_ml=520.0)], SEEN)
+    found = combine_fits([fit(n, overlap=0.9, capacity_ml=480.0 + 5 * n) for n in range(9)], SEEN)
     low, high = found.intervals["height_mm"]
     camera_mm = [
         1000 * np.linalg.norm(view.camera().centre_m - [0, 0, 0.05]) / view.camera().intrinsic[0, 0]
@@ -68,7 +75,8 @@ def test_intervals_hold_spread_and_a_pixel():
     low, high = found.intervals["capacity_ml"]
     pixels = 500 * np.mean(camera_mm) * (1 / 80 + 1 / 80 + 1 / 100)
     assert (low + high) / 2 == pytest.approx(500)
-    assert (high - low) / 2 == pytest.approx(INTERVAL_SCALE * np.hypot(20, pixels))
+    spread = 5 * 0.8 * 9 / 2  # between the first and the last tenth of the nine
+    assert (high - low) / 2 == pytest.approx(INTERVAL_SCALE * np.hypot(spread, pixels))
 
 
 def test_most_of_the_best_decide_whether_it_is_a_box():
