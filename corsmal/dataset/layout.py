@@ -3,6 +3,7 @@
 import os
 from collections import defaultdict
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from corsmal.dataset.annotation import Annotation
 from corsmal.dataset.annotation_file import ID_PATTERN
 from corsmal.dataset.audio import CUTS_S, Audio, read_audio
 from corsmal.dataset.calibration import read_camera
+from corsmal.digests import file_fingerprint
 from corsmal.errors import FileError, NotFoundError
 from corsmal.geometry import Camera
 
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
 
 VIEWS = ("view1", "view2", "view3", "view4")
 """Names of the views: left of the robot, right of it, on it, and worn by the person."""
+
+CAMERAS_KEPT = 64
+"""A recording's cameras are asked for once per fitted frame."""
 
 WORN_VIEW = "view4"
 """The view that the method does not use: the camera moves, and its absence is nothing that lacks."""
@@ -58,14 +63,21 @@ class View:
         Raises:
             FileError: the calibration is absent, broken, has no extrinsics (as view4's), or the video is unreadable.
         """
-        from corsmal.dataset.video import video_size  # noqa: PLC0415 - as above
-
         if self.calibration_path is None:
             expected = self.video_path.parent.parent / "calib" / f"{self.video_path.stem}.pickle"
             raise FileError(expected, f"the calibration of {self.name} is missing; download it to use this view in 3D")
-        camera = read_camera(self.calibration_path)
-        size = video_size(self.video_path)
-        return camera if size == camera.size else camera.scaled(size)
+        paths = self.calibration_path, self.video_path
+        return _camera(*paths, tuple(file_fingerprint(path) for path in paths if path.is_file()))
+
+
+@lru_cache(maxsize=CAMERAS_KEPT)
+def _camera(calibration_path: Path, video_path: Path, _fingerprints: tuple[str, ...]) -> Camera:
+    """The camera of two files, read again when one of them changes."""
+    from corsmal.dataset.video import video_size  # noqa: PLC0415 - as above
+
+    camera = read_camera(calibration_path)
+    size = video_size(video_path)
+    return camera if size == camera.size else camera.scaled(size)
 
 
 @dataclass(frozen=True)

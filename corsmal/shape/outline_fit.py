@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,7 +59,12 @@ def fit_outlines(
 
 def _judged(hull: Hull, cameras: Sequence[Camera], masks: Sequence[Mask]) -> tuple[Hull, float]:
     """The hull with its overlap, and the least share of a mask that its silhouette covers."""
-    seen = silhouettes(hull, cameras)
-    overlaps = [(mask & solid).sum() / (mask | solid).sum() for mask, solid in zip(masks, seen, strict=True)]
-    explained = min((mask & solid).sum() / mask.sum() for mask, solid in zip(masks, seen, strict=True))
-    return replace(hull, overlap=float(np.mean(overlaps))), float(explained)
+    overlaps, explained = [], []
+    for mask, solid in zip(masks, silhouettes(hull, cameras), strict=True):
+        left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+        window = np.s_[top : top + height, left : left + width]
+        shown = np.count_nonzero(mask[window])
+        both = np.count_nonzero(mask[window] & solid[window])
+        overlaps.append(both / (shown + np.count_nonzero(solid) - both))
+        explained.append(both / shown)
+    return replace(hull, overlap=float(np.mean(overlaps))), min(explained)

@@ -20,9 +20,11 @@ SPECK_SHARE = 0.1
 
 def across(direction: Floats) -> Floats:
     """(..., 2, 3) unit vectors square to directions (..., 3), unit vectors too, and to each other."""
-    first = np.array([1.0, 0.0, 0.0]) - direction[..., :1] * direction
-    first /= np.linalg.norm(first, axis=-1, keepdims=True)
-    return np.stack([first, np.cross(direction, first)], axis=-2)
+    x, y, z = np.moveaxis(direction, -1, 0)
+    level = np.sqrt(y * y + z * z)  # the first one is the x axis less its part along the direction
+    zero = np.zeros_like(level)
+    rows = [level, -x * y / level, -x * z / level, zero, z / level, -y / level]
+    return np.stack(rows, axis=-1).reshape(*direction.shape[:-1], 2, 3)
 
 
 @dataclass(frozen=True, eq=False)
