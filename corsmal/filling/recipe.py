@@ -40,7 +40,7 @@ class FillingTraining:
     keep: Keep = "best"
     epochs: int = 150
     batch: int = 16
-    rate: float = 3e-4
+    rate: float = 1e-3
     schedule: Schedule = "constant"
     weight_decay: float = 0.01
 
@@ -72,7 +72,7 @@ class FillingTraining:
         A rate that is lowered, and 30 epochs, were chosen in each of the winners' folds on its training containers.
         """
         networks = tuple(FillingConfig.tuned(standardise=index % 2 == 1) for index in range(8))
-        return cls(networks, passes="joint", keep="last", epochs=30, rate=1e-3, schedule="cosine")
+        return cls(networks, passes="joint", keep="last", epochs=30, schedule="cosine")
 
     @classmethod
     def of(cls, preset: Preset) -> "FillingTraining":

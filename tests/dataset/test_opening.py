@@ -1,4 +1,5 @@
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,16 @@ import pytest
 
 from corsmal.dataset import Recording, open_dataset
 from corsmal.errors import FileError, NotFoundError
-from tests.tiny import CALIBRATED_SIZE, CONTAINERS, SIZE, capacity_ml, tiny_cameras, write_audio, write_json
+from tests.tiny import (
+    CALIBRATED_SIZE,
+    CONTAINERS,
+    SIZE,
+    capacity_ml,
+    tiny_cameras,
+    write_audio,
+    write_calibration,
+    write_json,
+)
 
 
 def _touch(root: Path, *names: str) -> Path:
@@ -67,6 +77,20 @@ def test_cameras_are_scaled_to_the_videos_size(tiny_dataset_root: Path) -> None:
         assert camera.size == SIZE
         # a pixel centre at x of the large image lies at (x + 1/2) / 2 - 1/2 of the one half as wide
         np.testing.assert_allclose(camera.project(point), (expected.project(point) + 0.5) / 2 - 0.5)
+
+
+def test_a_camera_is_read_once_and_again_when_its_calibration_changes(tiny_dataset_root: Path, tmp_path: Path) -> None:
+    shutil.copytree(tiny_dataset_root / "view1", tmp_path / "view1")
+    view = open_dataset(tmp_path)["000000"].views["view1"]
+    first = view.camera()
+    assert view.camera() is first
+    assert view.calibration_path is not None
+    moved = tiny_cameras(CALIBRATED_SIZE)["view2"]
+    write_calibration(view.calibration_path, moved)
+    np.testing.assert_allclose(view.camera().translation, moved.translation)
+    view.calibration_path.unlink()
+    with pytest.raises(FileError, match=r"000000\.pickle"):
+        view.camera()
 
 
 def test_missing_calibration_is_named(tmp_path: Path) -> None:
