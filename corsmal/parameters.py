@@ -99,7 +99,8 @@ class ShapeParameters:
         tilt_deg: how far the axis is expected to lean; 0: it is vertical.
         boxes: whether a box is fitted too, and taken where it explains the masks better.
         all_views: whether the third view joins a pair where it shows the container.
-        frames: how many frames of a recording are fitted; an estimate is the median of those explained best.
+        frames: how many frames of a recording are fitted; an estimate is their median, weighted by how well each
+            explains its masks.
         wall_mm: thickness of a round container's wall, which the capacity leaves out together with what is below a
             stem's narrowest place; 0: the capacity is the volume of the hull.
     """

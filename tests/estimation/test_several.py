@@ -13,7 +13,7 @@ from corsmal.estimation import (
     fit_best_frames,
     fit_frame,
 )
-from corsmal.estimation.several import INTERVAL_SCALE, all_scored
+from corsmal.estimation.several import CAPACITY_SCALE, LENGTH_SCALE, all_scored
 from corsmal.parameters import ShapeParameters
 from corsmal.selection import select_best_frame
 from corsmal.shape import Dimensions, Hull
@@ -71,12 +71,12 @@ def test_intervals_hold_spread_and_a_pixel():
         1000 * np.linalg.norm(view.camera().centre_m - [0, 0, 0.05]) / view.camera().intrinsic[0, 0]
         for view in (SEEN.views[name] for name in PAIR)
     ]
-    assert (high - low) / 2 == pytest.approx(INTERVAL_SCALE * np.mean(camera_mm))
+    assert (high - low) / 2 == pytest.approx(LENGTH_SCALE * np.mean(camera_mm))
     low, high = found.intervals["capacity_ml"]
     pixels = 500 * np.mean(camera_mm) * (1 / 80 + 1 / 80 + 1 / 100)
     assert (low + high) / 2 == pytest.approx(500)
     spread = 5 * 0.8 * 9 / 2  # between the first and the last tenth of the nine
-    assert (high - low) / 2 == pytest.approx(INTERVAL_SCALE * np.hypot(spread, pixels))
+    assert (high - low) / 2 == pytest.approx(CAPACITY_SCALE * np.hypot(spread, pixels))
 
 
 def test_most_of_the_best_decide_whether_it_is_a_box():
