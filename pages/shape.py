@@ -57,7 +57,10 @@ def fit_panel() -> None:
         with column, guarded():
             reprojection(recording, view=view, frame=frame, fit=fit, centre_rule=best.centre_rule, points=shape.points)
     if st.toggle("Estimate over the whole recording, with intervals", help="Preset `tuned`, several frames together."):
-        recording_measures(data.tuned_estimate(recording), truth=truth(recording))
+        found = data.tuned_estimate(recording)
+        recording_measures(found, truth=truth(recording))
+        if found.fit is not None:
+            controls.explained_frame_control(found.fit, frame=frame)
     controls.other_parameters()
     hull_downloads(recording, fit)
     pin_hull(recording, fit)

@@ -7,6 +7,7 @@ import streamlit as st
 
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError
+from corsmal.estimation import Fit
 from corsmal.figures.hull import Scope
 from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, ShapeMethod, ShapeParameters
 from corsmal.selection import BestFrame, Pair
@@ -86,6 +87,16 @@ def frame_control(best: BestFrame, *, frames: int) -> int:
         width="stretch",
     )
     return frame
+
+
+def explained_frame_control(fit: Fit, *, frame: int) -> None:
+    """Go to the frame of an estimate over several frames in which its hull explains the masks best."""
+    st.button(
+        f"Frame {fit.frame}: its masks are explained best",
+        icon=":material/center_focus_strong:",
+        disabled=frame == fit.frame,
+        on_click=lambda: session.choose(frame=fit.frame, pair=fit.pair),
+    )
 
 
 def preset_control() -> None:

@@ -10,7 +10,7 @@ import trimesh
 from streamlit.delta_generator import DeltaGenerator
 
 from corsmal.dataset import open_dataset
-from corsmal.estimation import container_mask, read_view_detections
+from corsmal.estimation import container_mask, estimate, read_view_detections
 from corsmal.parameters import PAIRS, HeightRange, SelectionParameters, ShapeParameters
 from corsmal.shape import Hull, fit_hull, measure_hull
 from corsmal.ui.url import LIMITS
@@ -225,3 +225,14 @@ def test_tuned_is_fitted_and_the_paper_stands_beside_it(sound_root: Path) -> Non
     assert visitor.address["wall"] == "3"
     visitor.choose("beside_paper", "nothing")
     assert "paper" not in {trace["name"] for trace in visitor.plots["profile"]["figure"]["data"]}
+
+
+def test_the_best_explained_frame_of_the_whole_recording_is_one_press_away(visitor: Visitor, sound_root: Path) -> None:
+    visitor.choose("frame_control", 0)
+    visitor.test.toggle[0].set_value(True).run()
+    recording = open_dataset(sound_root)["000000"]
+    found = estimate(recording, shape=ShapeParameters.tuned())
+    assert found.fit is not None
+    visitor.press(f"Frame {found.fit.frame}: its masks are explained best")
+    assert visitor.crashes == []
+    assert visitor.test.session_state["frame_control"] == found.fit.frame
