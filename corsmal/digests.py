@@ -10,7 +10,7 @@ import numpy as np
 
 from corsmal.errors import ArgumentError, FileError
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 1
 """Part of every digest; raised when stored files change their form or a computation its result."""
 
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from corsmal.mass.prediction import MassPredictor
 
 KIND = "estimates"
+METHOD_VERSION = 2
+"""Raised when the same inputs give another row than before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +52,7 @@ def load_estimate(recording: Recording, predictors: Predictors, *, store: Store)
     """The row of one recording, from the store if it was estimated before; a failed one with the reason."""
     try:
         origin = detections_origin(recording, store=store)
-        key = digest("estimate", predictors.key, origin, _files(recording, predictors))
+        key = digest("estimate", METHOD_VERSION, predictors.key, origin, _files(recording, predictors))
         kept = store.json(KIND, key)
         if kept is not None:
             return kept
