@@ -65,7 +65,9 @@ def test_bare_parsing_fits_stft_and_forward_passes(benchmark, recording, opened,
     found = estimate(recording, detections=opened.found.views, shape=shape)
     weighed = mass_inputs(found, recording, opened.found.views)
     views = METHOD_VIEWS if shape.all_views else PAIRS[0]
-    cameras, masks = [recording.views[view].camera() for view in views], [opened.mask(view) for view in views]
+    cameras = [recording.views[view].camera() for view in views]
+    masks = [opened.found.views[view][opened.frame].mask(0) for view in views]
+    assert fit_hull(cameras, masks, shape).ok
     samples = recording.audio().samples
     features = torch.from_numpy(log_mel(samples))[None]
     window = torch.hann_window(2048)
