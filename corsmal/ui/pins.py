@@ -32,13 +32,14 @@ def pin_button(label: str, make: Callable[[], Pin | list[Pin]], *, key: str) -> 
         make: called when the button is pressed; gives one view or several.
         key: of the button, one per place.
     """
-    if st.button(
+    st.button(
         f"Pin {label}",
         key=f"pin_{key}",
         icon=":material/push_pin:",
         help="Goes into the report that the Evaluation page makes.",
-    ):
-        _pin(make)
+        on_click=_pin,  # first of all, whatever else makes the page run again in the meantime
+        args=(make,),
+    )
 
 
 def pin_hull(recording: Recording, fit: Fit) -> None:
