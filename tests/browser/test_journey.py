@@ -11,6 +11,8 @@ pytestmark = pytest.mark.browser
 
 HULL = "Hull, circumferences and cameras in 3D"
 CAMERA = "node => node._fullLayout.scene._scene.getCamera()"
+HEADING_PX, ROW_PX = 36, 35
+"""Of Streamlit's tables."""
 DEMO_MS = 180_000
 """Until the first recording was made, or a job ended, on a machine that does something else, too."""
 
@@ -38,10 +40,28 @@ def press(page: Page, name: str) -> None:
     page.get_by_test_id("stMain").get_by_role("button", name=name).first.click()
 
 
+def press_cell(table: Locator, *, column_share: float) -> None:
+    """Press a cell of the first row of a table, which is drawn on a canvas."""
+    box = table.bounding_box()
+    assert box is not None
+    table.click(position={"x": column_share * box["width"], "y": HEADING_PX + ROW_PX / 2})
+
+
 def pin(page: Page, label: str, title: str) -> None:
     """Pin what a page shows, and wait until it is said to be pinned."""
     press(page, f"Pin {label}")
     expect(page.get_by_text(re.compile(f"^Pinned: {title}")).first).to_be_visible()
+
+
+def from_a_number_to_its_recording(page: Page) -> None:
+    """From a number of Table 2 to the recordings behind it, and to the page where one of them is looked at."""
+    main = page.get_by_test_id("stMain")
+    tables = main.get_by_test_id("stDataFrame")
+    expect(tables.first).to_be_visible(timeout=DEMO_MS)
+    press_cell(tables.first, column_share=0.6)
+    expect(main.get_by_role("heading", name=re.compile(": 1 recording$"))).to_be_visible()
+    press_cell(tables.nth(1), column_share=0.4)
+    expect(page.get_by_role("heading", name=re.compile("^(Shape|Mass|Filling)$"))).to_be_visible()
 
 
 def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_path: Path) -> None:
@@ -77,6 +97,9 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
     turn_to(page, "Evaluation")
     page.get_by_text("the chosen one (1)").click()
     press(page, "Run")
+    from_a_number_to_its_recording(page)
+
+    turn_to(page, "Evaluation")
     main = page.get_by_test_id("stMain")
     main.get_by_text("Recordings", exact=True).click(timeout=DEMO_MS)
     expect(main.get_by_text("1 of 1 recordings")).to_be_visible()
