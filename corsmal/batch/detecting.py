@@ -72,7 +72,7 @@ def detections_origin(recording: Recording, *, store: Store) -> str:
         kept = _latest(view, store)
         if kept is not None:
             paths.append(store.file("detections", kept, ".parquet"))
-        origins += [name, kept, [file_fingerprint(path) if path.exists() else None for path in paths]]
+        origins += [name, kept, [file_fingerprint(path) if path.is_file() else None for path in paths]]
     return digest("origin of detections", *origins)
 
 

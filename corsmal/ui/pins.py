@@ -16,6 +16,8 @@ from corsmal.ui import data
 from corsmal.ui.components import plain
 
 KEY = "pins"
+SAID = "pins_said"
+"""What is to be said about the last press: a callback may not show anything itself."""
 
 
 def pins() -> list[Pin]:
@@ -40,6 +42,8 @@ def pin_button(label: str, make: Callable[[], Pin | list[Pin]], *, key: str) -> 
         on_click=_pin,  # first of all, whatever else makes the page run again in the meantime
         args=(make,),
     )
+    if (said := st.session_state.pop(SAID, None)) is not None:
+        st.toast(said)
 
 
 def pin_hull(recording: Recording, fit: Fit) -> None:
@@ -101,11 +105,11 @@ def _pin(make: Callable[[], Pin | list[Pin]]) -> None:
     try:
         made = make()
     except CorsmalError as error:
-        st.toast(plain(str(error)))
+        st.session_state[SAID] = plain(str(error))
         return
     more = made if isinstance(made, list) else [made]
     pins().extend(more)
-    st.toast(f"Pinned: {plain('; '.join(pin.title for pin in more))}")
+    st.session_state[SAID] = f"Pinned: {plain('; '.join(pin.title for pin in more))}"
 
 
 def _unpin(index: int) -> None:

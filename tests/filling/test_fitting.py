@@ -12,6 +12,10 @@ from tests.filling.made import JOINT, PAPER, SMALL, made_samples, same, state
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
 
+each_training = pytest.mark.parametrize(
+    "training", [PAPER, JOINT, replace(JOINT, schedule="cosine")], ids=["paper", "joint", "cosine"]
+)
+
 
 def fit(folder, training=PAPER, *, seed=0, progress=None):
     samples = made_samples(28)
@@ -71,9 +75,7 @@ class KilledError(Exception):
     """Stands for the end of the process."""
 
 
-@pytest.mark.parametrize(
-    "training", [PAPER, JOINT, replace(JOINT, schedule="cosine")], ids=["paper", "joint", "cosine"]
-)
+@each_training
 def test_run_that_was_killed_goes_on_to_the_same_weights(tmp_path, training):
     def killed(share):
         if share > 0.5:
@@ -106,9 +108,7 @@ def test_seeds_give_other_networks_and_leave_the_global_generator_alone(tmp_path
     assert not torch.equal(first.cls, other.cls)
 
 
-@pytest.mark.parametrize(
-    "training", [PAPER, JOINT, replace(JOINT, schedule="cosine")], ids=["paper", "joint", "cosine"]
-)
+@each_training
 def test_diverged_training_says_so(tmp_path, training):
     with pytest.raises(FileError, match="diverged; delete the folder and lower the learning rate"):
         fit(tmp_path, replace(training, rate=1e30, epochs=2))
