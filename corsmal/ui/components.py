@@ -24,6 +24,8 @@ QUANTITIES = {
     "height_mm": ("Height", "mm"),
 }
 
+WAITING = "waiting_to_be_said"
+
 
 @contextmanager
 def guarded() -> Iterator[None]:
@@ -60,6 +62,17 @@ def measures(fit: Fit, *, truth: Mapping[str, float], beside: tuple[str, Fit] | 
         st.caption(f"A box: the silhouettes agree better with one than with a round container; {_depth(fit)} deep.")
     if beside is not None and not beside[1].ok:
         st.caption(plain(f"{beside[0]} failed: {beside[1].dimensions.reason}"))
+
+
+def say_later(sentence: str) -> None:
+    """Have something said by the page: what a callback shows itself would replace the page's first elements."""
+    st.session_state[WAITING] = sentence
+
+
+def say_what_waits() -> None:
+    """Say what a callback left to be said."""
+    if (sentence := st.session_state.pop(WAITING, None)) is not None:
+        st.toast(sentence)
 
 
 def recording_measures(found: Estimate, *, truth: Mapping[str, float]) -> None:

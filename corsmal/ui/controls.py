@@ -12,6 +12,7 @@ from corsmal.figures.hull import Scope
 from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, ShapeMethod, ShapeParameters
 from corsmal.selection import BestFrame, Pair
 from corsmal.ui import data, session
+from corsmal.ui.components import say_later, say_what_waits
 from corsmal.ui.linked_plot import PlotEvent, Slider
 from corsmal.ui.url import HEIGHT_LIMIT_MM, LIMITS, WHOLE
 
@@ -164,6 +165,7 @@ def apply_sliders(event: PlotEvent) -> None:
 
 def other_parameters() -> None:
     """The parameters that are changed seldom, in an expander."""
+    say_what_waits()
     shape = session.choice().shape
     with st.expander("More parameters", icon=":material/tune:"):
         if shape.method == "outlines":
@@ -233,7 +235,7 @@ def _height_changed() -> None:
     try:
         value = HeightRange(state["shape_reference"], state["shape_low_mm"], state["shape_high_mm"])
     except ArgumentError as error:
-        st.toast(f"Not possible: {error}.")
+        say_later(f"Not possible: {error}.")
         return
     _try_shape(height_range=value)
 
@@ -242,6 +244,6 @@ def _try_shape(**changes: Any) -> None:
     try:
         shape: ShapeParameters = replace(session.choice().shape, **changes)
     except ArgumentError as error:
-        st.toast(f"Not possible: {error}.")
+        say_later(f"Not possible: {error}.")
         return
     session.choose(shape=shape)

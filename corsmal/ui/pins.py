@@ -13,11 +13,9 @@ from corsmal.figures.report import Pin, report_html
 from corsmal.parameters import CentreRule
 from corsmal.selection import Pair
 from corsmal.ui import data
-from corsmal.ui.components import plain
+from corsmal.ui.components import plain, say_later, say_what_waits
 
 KEY = "pins"
-SAID = "pins_said"
-"""What is to be said about the last press: a callback may not show anything itself."""
 
 
 def pins() -> list[Pin]:
@@ -42,8 +40,7 @@ def pin_button(label: str, make: Callable[[], Pin | list[Pin]], *, key: str) -> 
         on_click=_pin,  # first of all, whatever else makes the page run again in the meantime
         args=(make,),
     )
-    if (said := st.session_state.pop(SAID, None)) is not None:
-        st.toast(said)
+    say_what_waits()
 
 
 def pin_hull(recording: Recording, fit: Fit) -> None:
@@ -105,11 +102,11 @@ def _pin(make: Callable[[], Pin | list[Pin]]) -> None:
     try:
         made = make()
     except CorsmalError as error:
-        st.session_state[SAID] = plain(str(error))
+        say_later(plain(str(error)))
         return
     more = made if isinstance(made, list) else [made]
     pins().extend(more)
-    st.session_state[SAID] = f"Pinned: {plain('; '.join(pin.title for pin in more))}"
+    say_later(f"Pinned: {plain('; '.join(pin.title for pin in more))}")
 
 
 def _unpin(index: int) -> None:

@@ -12,7 +12,9 @@ def pinned(visitor: Visitor) -> list[str]:
 def test_hull_and_pictures_are_pinned_in_order_and_kept_between_pages(sound_root: Path) -> None:
     visitor = Visitor(sound_root).open("shape")
     visitor.press("Pin the hull")
-    assert [toast.value for toast in visitor.test.toast] == ["Pinned: Hull of 000000, view3 + view1, frame 5"]
+    assert [toast.value.replace("\\", "") for toast in visitor.test.toast] == [
+        "Pinned: Hull of 000000, view3 + view1, frame 5"
+    ]
     visitor.open("frames")
     assert not visitor.test.toast
     visitor.press("Pin the pictures")
