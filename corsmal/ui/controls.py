@@ -46,14 +46,15 @@ def pair_control(recording: Recording) -> tuple[Pair, BestFrame]:
     """
     selections = {pair: data.best_frame(recording, pair=pair) for pair in PAIRS}
     automatic = data.estimated_pair(recording)
-    st.session_state["pair_control"] = session.choice().pair or automatic
+    key = _input_showing("pair", session.choice().pair or automatic)
     st.segmented_control(
         "Pair of views",
         PAIRS,
-        key="pair_control",
+        key=key,
         required=True,
         format_func=lambda pair: f"{pair[0]} + {pair[1]}" + ("" if selections[pair].ok else " (none)"),
-        on_change=lambda: session.choose(pair=st.session_state["pair_control"]),
+        on_change=_chosen,
+        args=("pair", key),
         help="The method tries the frontal view with the left one first, then with the right one. (none): no frame "
         "in which both views show a container.",
     )
@@ -70,15 +71,15 @@ def frame_control(best: BestFrame, *, frames: int) -> int:
     chosen = session.choice().frame
     automatic = best.frame if best.frame is not None else 0
     frame = min(automatic if chosen is None else chosen, frames - 1)
-    st.session_state["frame_control"] = frame
+    key = _input_showing("frame", frame)
     left, right = st.columns([3, 2], vertical_alignment="bottom")
     left.number_input(
         f"Frame (0 to {frames - 1})",
         0,
         frames - 1,
-        key="frame_control",
-        on_change=_frame_chosen,
-        args=(frame,),
+        key=key,
+        on_change=_chosen,
+        args=("frame", key),
     )
     right.button(
         f"Best: {automatic}" if best.ok else "No best frame",
@@ -215,11 +216,24 @@ def _height_range(value: HeightRange) -> None:
         )
 
 
-def _frame_chosen(shown: int) -> None:
-    """Take over a typed frame; a browser may also send what an input showed that is gone by now."""
-    frame = st.session_state.get("frame_control")
-    if frame is not None and frame != shown:
-        session.choose(frame=int(frame))
+def _input_showing(name: str, value: object) -> str:
+    """The key of an input that shows a value: a new one whenever something else than the input changed the value.
+
+    What the browser sends under an older key is what it showed a moment ago, not what the user chose.
+    """
+    key, _ = st.session_state.get(f"{name}_shown", (f"{name}_control.0", None))
+    if st.session_state.get(key) != value:
+        key = f"{name}_control.{int(key.rpartition('.')[2]) + 1}"
+        st.session_state[key] = value
+    st.session_state[f"{name}_shown"] = key, value
+    return key
+
+
+def _chosen(name: str, key: str) -> None:
+    """Take over what an input was set to; its value also arrives after the input is gone."""
+    shown_key, shown = st.session_state[f"{name}_shown"]
+    if key == shown_key and st.session_state[key] != shown:
+        session.choose(**{name: st.session_state[key]})
 
 
 def _preset_chosen() -> None:

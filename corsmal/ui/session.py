@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import streamlit as st
+from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.demo.truth import open_demo_truth
@@ -107,10 +108,21 @@ def folder() -> str:
 
 
 def _read_address() -> None:
-    """Follow an address that was opened, or stepped back to; one that navigation emptied is written again."""
+    """Follow an address that was opened, or stepped back to; one that navigation emptied is written again.
+
+    Any other run may still bring the address from before the last change, of which the browser is just being told.
+    """
+    if WRITTEN in st.session_state and not _stepped_in_history():
+        return
     params, written = st.query_params.to_dict(), st.session_state.get(WRITTEN)
     if params and params != written:
         st.session_state[CHOICE], st.session_state[PROBLEMS] = from_params(params)
+
+
+def _stepped_in_history() -> bool:
+    """Whether the browser's Back or Forward caused this run."""
+    context = get_script_run_ctx()
+    return context is not None and context.is_history_navigation
 
 
 def _add_problem(problem: str) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from streamlit.testing.v1 import AppTest
@@ -41,8 +42,13 @@ class Visitor:
         self.test.run()
         return self
 
-    def follow(self, **address: str) -> None:
-        """Open another address of the same page, as the browser's Back does."""
+    def go_back(self, **address: str) -> None:
+        """Step to another address of the same page, as the browser's Back does."""
+        with patch("corsmal.ui.session._stepped_in_history", return_value=True):
+            self.run_at(**address)
+
+    def run_at(self, **address: str) -> None:
+        """Let the app run for a browser that has another address."""
         self.test.query_params.clear()
         for name, value in address.items():
             self.test.query_params[name] = value
@@ -62,8 +68,12 @@ class Visitor:
 
     def choose(self, key: str, value: object) -> None:
         """Set a widget."""
-        widget: Any = next(item for item in self.test.main if getattr(item, "key", None) == key)
-        widget.set_value(value).run()
+        self.widget(key).set_value(value).run()
+
+    def widget(self, key: str) -> Any:
+        """A widget of the page by its key, which may have a number behind it."""
+        keys = re.compile(rf"{re.escape(key)}(\.\d+)?")
+        return next(item for item in self.test.main if keys.fullmatch(getattr(item, "key", None) or ""))
 
     def press(self, label: str) -> None:
         """Press a button."""

@@ -21,7 +21,7 @@ def test_full_address_shows_exactly_that(tiny_dataset_root: Path) -> None:
     assert visitor.warnings == []
     assert visitor.address == FULL
     assert test.selectbox(key="picker").value == "000001"
-    assert test.number_input(key="frame_control").value == 2
+    assert visitor.widget("frame_control").value == 2
     assert test.selectbox(key="shape_fit_rule").value == "any"
     sliders = {slider["name"]: slider["value"] for slider in visitor.plots["hull"]["sliders"]}
     assert sliders == {"circumferences": 120, "max_difference_mm": 0.5}
@@ -40,7 +40,7 @@ def test_two_visitors_with_one_address_see_the_same(tiny_dataset_root: Path) -> 
 def test_address_without_a_recording_keeps_its_frame(tiny_dataset_root: Path) -> None:
     visitor = Visitor(tiny_dataset_root, frame="2").open("shape")
     assert visitor.address == {"recording": "000000", "frame": "2"}
-    assert visitor.test.number_input(key="frame_control").value == 2
+    assert visitor.widget("frame_control").value == 2
 
 
 @pytest.mark.parametrize("page", ["recordings", "frames", "shape"])
@@ -120,7 +120,7 @@ def test_pages_share_the_choice_although_navigation_empties_the_address(tiny_dat
     visitor.report("scores", key={"key": "Home", "count": 1})
     visitor.report("scores", key={"key": "ArrowRight", "count": 4})
     visitor.open("shape")
-    assert visitor.test.number_input(key="frame_control").value == 4
+    assert visitor.widget("frame_control").value == 4
     visitor.report("hull", values={"circumferences": 60}, settled=True)
     visitor.open("recordings")
     assert visitor.address == {"recording": "000000", "frame": "4", "L": "60"}
@@ -135,8 +135,33 @@ def test_going_back_restores_what_the_older_address_says(tiny_dataset_root: Path
     visitor.report("hull", values={"circumferences": 300}, settled=True)
     visitor.choose("frame_control", 1)
     visitor.test.selectbox(key="picker").set_value("000001").run()
-    visitor.follow(**older)
+    visitor.go_back(**older)
     assert visitor.address == older
     assert visitor.metrics == metrics
     assert visitor.test.selectbox(key="picker").value == "000000"
     assert visitor.warnings == []
+
+
+def test_a_run_with_the_address_of_a_moment_ago_takes_nothing_back(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root).open("shape")
+    before = visitor.address
+    visitor.report("hull", values={"circumferences": 60}, settled=True)
+    visitor.run_at(**before)
+    assert visitor.address == before | {"L": "60"}
+
+
+def test_a_frame_that_an_input_showed_a_moment_ago_is_not_taken_for_a_choice(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root, frame="2").open("shape")
+    shown = visitor.widget("frame_control")
+    visitor.go_back(recording="000000", frame="4")
+    shown.set_value(2).run()
+    assert visitor.address == {"recording": "000000", "frame": "4"}
+
+
+def test_the_frame_of_an_input_that_is_gone_is_not_taken_for_a_choice(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root, recording="000002").open("frames")
+    shown = visitor.widget("frame_control")
+    visitor.go_back(recording="000000")
+    assert "scores" in visitor.plots
+    shown.set_value(0).run()
+    assert visitor.address == {"recording": "000000"}

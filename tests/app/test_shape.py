@@ -235,4 +235,4 @@ def test_the_best_explained_frame_of_the_whole_recording_is_one_press_away(visit
     assert found.fit is not None
     visitor.press(f"Frame {found.fit.frame}: its masks are explained best")
     assert visitor.crashes == []
-    assert visitor.test.session_state["frame_control"] == found.fit.frame
+    assert visitor.widget("frame_control").value == found.fit.frame

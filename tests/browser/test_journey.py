@@ -79,6 +79,7 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
     figures = page.get_by_test_id("stMetricValue")
     before = figures.all_inner_texts()
     page.get_by_role("slider", name="L, circumferences").press("PageUp")
+    page.wait_for_url(re.compile(r"[?&]L=\d+"))
     expect(figures).not_to_have_text(before)
     assert hull.evaluate(CAMERA)["eye"] == pytest.approx(camera["eye"], abs=1e-9)
     pin(page, "the hull", "Hull of 000000")
