@@ -156,12 +156,3 @@ def test_a_frame_that_an_input_showed_a_moment_ago_is_not_taken_for_a_choice(tin
     visitor.go_back(recording="000000", frame="4")
     shown.set_value(2).run()
     assert visitor.address == {"recording": "000000", "frame": "4"}
-
-
-def test_the_frame_of_an_input_that_is_gone_is_not_taken_for_a_choice(tiny_dataset_root: Path) -> None:
-    visitor = Visitor(tiny_dataset_root, recording="000002").open("frames")
-    shown = visitor.widget("frame_control")
-    visitor.go_back(recording="000000")
-    assert "scores" in visitor.plots
-    shown.set_value(0).run()
-    assert visitor.address == {"recording": "000000"}
