@@ -199,6 +199,21 @@ def test_unknown_preset_and_format_are_refused(tiny_dataset_root, networks, tmp_
         RUNNER.invoke(cli.app, [*command, "--out", str(tmp_path / "estimates.txt")], catch_exceptions=False)
 
 
+def test_a_wall_is_learnt_and_estimated_with(tiny_dataset_root, networks, tmp_path):
+    learnt = RUNNER.invoke(cli.app, ["train", "wall", str(tiny_dataset_root)])
+    assert learnt.exit_code == 0, learnt.output
+    assert "--preset tuned --wall" in " ".join(learnt.output.split())
+    rows = {}
+    for wall in ("0", "5"):
+        out = tmp_path / f"{wall}.csv"
+        command = ["estimate", str(tiny_dataset_root), "000000", "--preset", "tuned", "--wall", wall, "--out", str(out)]
+        made = RUNNER.invoke(cli.app, [*command, *map(str, networks)])
+        assert made.exit_code == 0, made.output
+        rows[wall] = read_estimates(out).iloc[0]
+    assert rows["0"]["capacity_ml"] > rows["5"]["capacity_ml"] + 50
+    assert rows["0"]["height_mm"] == rows["5"]["height_mm"]
+
+
 @pytest.fixture
 def listened(tmp_path):
     """A folder with an annotation of twelve recordings of three containers, and one with arrays of them."""

@@ -7,6 +7,7 @@ from corsmal.batch.estimating import Predictors, load_estimate
 from corsmal.batch.fitting import load_fit
 from corsmal.batch.processes import Processes
 from corsmal.batch.tasks import DetectTask, EstimateTask
+from corsmal.batch.walls import LearntWall, learn_wall
 from corsmal.batch.weighing import mass_rows
 
 __all__ = [
@@ -15,10 +16,12 @@ __all__ = [
     "DetectionSet",
     "Engine",
     "EstimateTask",
+    "LearntWall",
     "Predictors",
     "Processes",
     "detect_recording",
     "in_turn",
+    "learn_wall",
     "load_detections",
     "load_estimate",
     "load_fit",

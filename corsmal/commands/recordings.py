@@ -76,6 +76,7 @@ def estimate(
     *,
     out: Annotated[Path, typer.Option(help="The table: .csv, .json or .parquet.")] = Path("estimates.csv"),
     preset: Annotated[str, typer.Option(help="Parameters of the fit: paper, lode or tuned.")] = "paper",
+    wall: Annotated[float | None, typer.Option(help="Of round containers, mm; default: the preset's.")] = None,
     filling: Annotated[Path | None, typer.Option(help="Weights of the filling network; default: the demo's.")] = None,
     mass: Annotated[Path | None, typer.Option(help="Weights of the mass network; default: the demo's.")] = None,
     features: FeatureFolder = None,
@@ -102,7 +103,7 @@ def estimate(
         complain("Nothing will be kept for the next run", error)
     task = EstimateTask(
         store.root.resolve(),
-        shape=SHAPE_PRESETS[preset],
+        shape=SHAPE_PRESETS[preset] if wall is None else replace(SHAPE_PRESETS[preset], wall_mm=wall),
         means=tuple(training_means(dataset.table).items()),
         filling=(filling or FILLING_WEIGHTS).resolve(),
         mass=(mass or MASS_WEIGHTS).resolve(),

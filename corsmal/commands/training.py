@@ -1,4 +1,4 @@
-"""Commands that train networks."""
+"""Commands that learn from datasets: networks, and a wall."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -7,7 +7,7 @@ import typer
 
 from corsmal.commands import FeatureFolder, Root, RunFolder, progress_bar, say
 
-app = typer.Typer(no_args_is_help=True, help="Train a network.")
+app = typer.Typer(no_args_is_help=True, help="Train a network, or learn the containers' wall.")
 
 
 @app.command("detector")
@@ -73,3 +73,17 @@ def mass(
     trained = train_mass(rows, folder, settings)
     dropped = "".join(f"; {count} left out: {reason}" for reason, count in trained.dropped.items())
     say(f"Weights: {trained.path} ({trained.rows} rows, {trained.epochs} epochs{dropped})")
+
+
+@app.command("wall")
+def wall(root: Root) -> None:
+    """Learn from annotated capacities how thick the walls are that the preset tuned leaves out."""
+    from corsmal.batch import learn_wall  # noqa: PLC0415
+    from corsmal.dataset import open_dataset  # noqa: PLC0415
+    from corsmal.store import Store  # noqa: PLC0415
+
+    with progress_bar("recordings") as progress:
+        learnt = learn_wall(list(open_dataset(root)), store=Store(), progress=progress)
+    typer.echo("Capacity, mean error in % of each container: no wall, the preset's, and the wall of all others")
+    typer.echo(learnt.table.round(1).to_string(index=False))
+    say(f"Wall: {learnt.wall_mm:.1f} mm; estimate with it: --preset tuned --wall {learnt.wall_mm:.1f}")

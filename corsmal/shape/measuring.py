@@ -1,12 +1,9 @@
 """Capacity and dimensions from the radii of a hull (paper 3.2, equations 6 to 8)."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.errors import ArgumentError
-from corsmal.parameters import WALL_MAX_MM, ShapeParameters
+from corsmal.parameters import ShapeParameters
 from corsmal.shape.records import Dimensions, Hull
 
 Floats = NDArray[np.float64]
@@ -17,7 +14,6 @@ SAME_MM = 1e-6
 
 STEM_SHARE, STEM_HIGHEST = 0.3, 0.9
 """A stem is narrower than this share of the widest place, and lies below this share of the height."""
-WALL_STEP_MM = 0.1
 
 
 def measure_hull(hull: Hull, parameters: ShapeParameters | None = None) -> Dimensions:
@@ -86,26 +82,6 @@ def capacity_ml(hull: Hull, *, wall_mm: float = 0.0) -> float:
         start = _bowl_start(radii)
         heights, radii = heights[start:], np.maximum(radii[start:] - wall_mm, 0.0)
     return frusta_volume_ml(heights, radii)
-
-
-def learn_wall_mm(hulls: Sequence[Hull], capacities_ml: Sequence[float]) -> float:
-    """The wall with which hulls hold what containers are known to hold, with the least mean error in %.
-
-    Args:
-        hulls: of containers, one per recording; boxes and failed ones count for nothing.
-        capacities_ml: the annotated capacities, positive.
-
-    Raises:
-        ArgumentError: the numbers differ, or no hull tells anything.
-    """
-    if len(hulls) != len(capacities_ml):
-        raise ArgumentError(f"there must be a capacity for each hull, got {len(capacities_ml)} for {len(hulls)}")
-    pairs = [(hull, true) for hull, true in zip(hulls, capacities_ml, strict=True) if hull.ok and hull.depth_mm is None]
-    if not pairs:
-        raise ArgumentError("hulls must hold a round container's, got none")
-    walls = np.arange(WALL_STEP_MM, WALL_MAX_MM, WALL_STEP_MM)
-    errors = [np.mean([abs(capacity_ml(hull, wall_mm=wall) - true) / true for hull, true in pairs]) for wall in walls]
-    return round(float(walls[int(np.argmin(errors))]), 1)
 
 
 def _bowl_start(radii_mm: Floats) -> int:

@@ -13,6 +13,7 @@ from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, ShapeMethod, S
 from corsmal.selection import BestFrame, Pair
 from corsmal.ui import data, session
 from corsmal.ui.components import say_later, say_what_waits
+from corsmal.ui.inputs import input_showing, take_over
 from corsmal.ui.linked_plot import PlotEvent, Slider
 from corsmal.ui.url import HEIGHT_LIMIT_MM, LIMITS, WHOLE
 
@@ -46,14 +47,14 @@ def pair_control(recording: Recording) -> tuple[Pair, BestFrame]:
     """
     selections = {pair: data.best_frame(recording, pair=pair) for pair in PAIRS}
     automatic = data.estimated_pair(recording)
-    key = _input_showing("pair", session.choice().pair or automatic)
+    key = input_showing("pair", session.choice().pair or automatic)
     st.segmented_control(
         "Pair of views",
         PAIRS,
         key=key,
         required=True,
         format_func=lambda pair: f"{pair[0]} + {pair[1]}" + ("" if selections[pair].ok else " (none)"),
-        on_change=_chosen,
+        on_change=take_over,
         args=("pair", key),
         help="The method tries the frontal view with the left one first, then with the right one. (none): no frame "
         "in which both views show a container.",
@@ -71,14 +72,14 @@ def frame_control(best: BestFrame, *, frames: int) -> int:
     chosen = session.choice().frame
     automatic = best.frame if best.frame is not None else 0
     frame = min(automatic if chosen is None else chosen, frames - 1)
-    key = _input_showing("frame", frame)
+    key = input_showing("frame", frame)
     left, right = st.columns([3, 2], vertical_alignment="bottom")
     left.number_input(
         f"Frame (0 to {frames - 1})",
         0,
         frames - 1,
         key=key,
-        on_change=_chosen,
+        on_change=take_over,
         args=("frame", key),
     )
     right.button(
@@ -214,26 +215,6 @@ def _height_range(value: HeightRange) -> None:
         column.number_input(
             label, -HEIGHT_LIMIT_MM, HEIGHT_LIMIT_MM, step=5.0, key=f"shape_{part}", on_change=_height_changed
         )
-
-
-def _input_showing(name: str, value: object) -> str:
-    """The key of an input that shows a value: a new one whenever something else than the input changed the value.
-
-    What the browser sends under an older key is what it showed a moment ago, not what the user chose.
-    """
-    key, _ = st.session_state.get(f"{name}_shown", (f"{name}_control.0", None))
-    if st.session_state.get(key) != value:
-        key = f"{name}_control.{int(key.rpartition('.')[2]) + 1}"
-        st.session_state[key] = value
-    st.session_state[f"{name}_shown"] = key, value
-    return key
-
-
-def _chosen(name: str, key: str) -> None:
-    """Take over what an input was set to; its value also arrives after the input is gone."""
-    shown_key, shown = st.session_state[f"{name}_shown"]
-    if key == shown_key and st.session_state[key] != shown:
-        session.choose(**{name: st.session_state[key]})
 
 
 def _preset_chosen() -> None:

@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from corsmal.errors import ArgumentError
 from corsmal.parameters import ShapeParameters
 from corsmal.shape import Hull, measure_hull
-from corsmal.shape.measuring import capacity_ml, frusta_volume_ml, learn_wall_mm, profile_ends, smooth
+from corsmal.shape.measuring import capacity_ml, frusta_volume_ml, profile_ends, smooth
 
 
 def hull_of(radii_mm, *, step_mm=10.0, converged=None):
@@ -127,14 +126,3 @@ def test_a_box_holds_its_volume_whatever_the_wall():
     heights = np.array([0.0, 50.0, 150.0])
     box = Hull(heights, np.full(3, 60.0), np.ones(3, dtype=bool), np.zeros(3), depth_mm=40.0)
     assert capacity_ml(box, wall_mm=1) == capacity_ml(box) == pytest.approx(120 * 40 * 150 / 1000)
-
-
-def test_the_wall_is_learnt_from_known_capacities():
-    cups = [hull_of(np.linspace(*ends, 11)) for ends in ((30, 49), (21, 34), (28, 44))]
-    truth = [capacity_ml(cup, wall_mm=1.7) for cup in cups]
-    box = Hull(np.array([0.0, 9.0]), np.ones(2), np.ones(2, dtype=bool), np.zeros(3), depth_mm=2.0)
-    assert learn_wall_mm([*cups, box, Hull.failed("no")], [*truth, 1.0, 1.0]) == pytest.approx(1.7)
-    with pytest.raises(ArgumentError, match="capacity for each"):
-        learn_wall_mm(cups, truth[:2])
-    with pytest.raises(ArgumentError, match="round"):
-        learn_wall_mm([box], [1.0])
