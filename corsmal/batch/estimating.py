@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from corsmal.mass.prediction import MassPredictor
 
 KIND = "estimates"
-METHOD_VERSION = 2
+METHOD_VERSION = 3
 """Raised when the same inputs give another row than before."""
 
 

@@ -23,6 +23,9 @@ TRUST_MM = 3.0
 OUTWARD = 1.5
 FIRST_TRUST, REWEIGHTINGS = 5.0, 10
 """At first so much more is forgiven, then less and less: a start with little trust would stay where it began."""
+PIXELS = 3.0
+"""A view whose sides are so many of its pixels off what all views say together counts half as much as one without
+error: it is blurred, or its mask is cut or too wide. Fewer pixels would let a single view outdo the others."""
 FIRST_QUANTILE = 0.75
 """Of the sides at a height, small to large: what hides a side makes it smaller, a wrong mask may make it larger."""
 
@@ -80,14 +83,14 @@ def fit_revolution(
             return Hull.failed(
                 "the views show different heights of the axis: they may show different objects", centroid_m=axis.point_m
             )
-        shift_mm, slope, radii_mm = _agree(views, sides, heights_mm, axis, tilt_deg=tilt_deg)
+        shift_mm, slope, radii_mm, trust = _agree(views, sides, heights_mm, axis, tilt_deg=tilt_deg)
         if repetition < ROUNDS - 1:
             axis = axis.moved(shift_mm, slope)
     seen = np.isfinite(radii_mm)
     if seen.sum() < HEIGHT_MIN_MM:
         return Hull.failed("the masks show too little of the container", centroid_m=axis.point_m)
     heights_mm, radii_mm = heights_mm[seen], radii_mm[seen]
-    base_mm, rim_mm = (_end(views, heights_mm, radii_mm, upper=upper) for upper in (False, True))
+    base_mm, rim_mm = (_end(views, trust, heights_mm, radii_mm, upper=upper) for upper in (False, True))
     if not rim_mm - base_mm > HEIGHT_MIN_MM:
         return Hull.failed("the masks show no more than a rim or a base", centroid_m=axis.point_m)
     places_mm = np.linspace(base_mm, rim_mm, circumferences)
@@ -108,7 +111,7 @@ def _steepness(camera: Camera, axis: Axis) -> float:
 
 def _agree(
     views: Sequence[FacingView], sides: Floats, heights_mm: Floats, axis: Axis, *, tilt_deg: float
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Shift and slope of the axis and the radius at each height that most sides of most views agree on.
 
     Every side of every view says ``radius ± (shift + slope · height) along its sideways``. Radii are eliminated per
@@ -122,13 +125,12 @@ def _agree(
         tilt_deg: how far it is expected to lean.
 
     Returns:
-        (2,) shift, mm, (2,) slope, (H,) radii, mm, NaN where nothing is seen.
+        (2,) shift, mm, (2,) slope, (H,) radii, mm, NaN where nothing is seen, (V,) what each view counts, at most 1.
     """
     seen = np.isfinite(sides)
     sides = np.where(seen, sides, 0.0)
     along = np.array([[[1.0], [-1.0]] * (axis.across @ view.sideways) for view in views])  # (V, sides, across)
-    sharpness = np.array([view.pixel_mm**-2 for view in views])
-    base_weights = (sharpness / sharpness.max())[:, None, None] * seen
+    pixels_mm = PIXELS * np.array([view.pixel_mm for view in views])
     design = along[:, :, None].repeat(len(heights_mm), 2)  # (V, 2, H, unknowns)
     prior = np.diag([1e-6, 1e-6])
     if tilt_deg > 0:
@@ -139,7 +141,10 @@ def _agree(
     for tolerance in TRUST_MM * np.geomspace(FIRST_TRUST, 1.0, REWEIGHTINGS):
         corrected = sides - design @ unknowns
         error = corrected - radii_mm
-        weights = base_weights / (1 + (error / np.where(error < 0, tolerance, OUTWARD * tolerance)) ** 2) ** 2
+        trust = _trust(error, seen, pixels_mm)
+        weights = (
+            trust[:, None, None] * seen / (1 + (error / np.where(error < 0, tolerance, OUTWARD * tolerance)) ** 2) ** 2
+        )
         total = np.maximum(weights.sum(axis=(0, 1)), 1e-9)
         radii_mm = (weights * corrected).sum(axis=(0, 1)) / total
         centred = design - (weights[..., None] * design).sum(axis=(0, 1)) / total[:, None]
@@ -148,7 +153,14 @@ def _agree(
         weighted = flat * weights.reshape(-1, 1)
         unknowns = np.linalg.solve(weighted.T @ flat + prior, weighted.T @ measured.ravel())
     shift, slope = unknowns[:2], unknowns[2:] if tilt_deg > 0 else np.zeros(2)
-    return shift, slope, np.where(seen.any(axis=(0, 1)), radii_mm, np.nan)
+    return shift, slope, np.where(seen.any(axis=(0, 1)), radii_mm, np.nan), trust
+
+
+def _trust(error_mm: Floats, seen: NDArray[np.bool_], pixels_mm: Floats) -> Floats:
+    """How much each view counts, by the size of its pixels and its usual error: (V,), 1 for the best."""
+    usual = [np.median(np.abs(error[mask])) if mask.any() else 0.0 for error, mask in zip(error_mm, seen, strict=True)]
+    trust: Floats = 1 / (np.square(usual) + pixels_mm**2)
+    return trust / trust.max()
 
 
 def _upper(sides: Floats, seen: NDArray[np.bool_]) -> Floats:
@@ -160,7 +172,7 @@ def _upper(sides: Floats, seen: NDArray[np.bool_]) -> Floats:
     return np.where(counts > 0, found, 0.0)
 
 
-def _end(views: Sequence[FacingView], heights_mm: Floats, radii_mm: Floats, *, upper: bool) -> float:
+def _end(views: Sequence[FacingView], trust: Floats, heights_mm: Floats, radii_mm: Floats, *, upper: bool) -> float:
     """Height of the base or the rim: the first circle, from the middle on, whose silhouette reaches the mask's end.
 
     Circles beyond it would still project inside the mask, whose end is the far or near side of the rim or base.
@@ -172,8 +184,8 @@ def _end(views: Sequence[FacingView], heights_mm: Floats, radii_mm: Floats, *, u
     places, radii = heights_mm[order], np.maximum(radii_mm[inner], 1.0)
     shares = np.linspace(-MIDDLE_SHARE, MIDDLE_SHARE, 9)
     sign = 1.0 if upper else -1.0
-    ends = []
-    for view in views:
+    ends, counts = [], []
+    for view, count in zip(views, trust, strict=True):
         reach = view.reach_mm((radii[:, None] * shares).ravel(), upper=upper).reshape(len(places), -1)
         expected = places[:, None] + view.overhang_mm(places, radii, upper=upper)[:, None] * np.sqrt(1 - shares**2)
         missing = np.sort(sign * (reach - expected), axis=1)  # NaN comes last
@@ -181,10 +193,11 @@ def _end(views: Sequence[FacingView], heights_mm: Floats, radii_mm: Floats, *, u
         missing_mm = missing[np.arange(len(places)), np.maximum(seen - 1, 0) // 2]
         if (reached := _crossing(places, missing_mm)) is not None:
             ends.append(reached)
+            counts.append(count)
     if not ends:
         return float(heights_mm[-1 if upper else 0])
     found = sign * np.array(ends)
-    weights = 1 / (1 + ((found - found.max()) / END_TRUST_MM) ** 2) ** 2
+    weights = np.array(counts) / (1 + ((found - found.max()) / END_TRUST_MM) ** 2) ** 2
     return sign * float((weights * found).sum() / weights.sum())
 
 

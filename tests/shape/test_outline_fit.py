@@ -88,6 +88,18 @@ def test_the_papers_hull_is_farther_from_the_cup():
     assert np.abs(measured(fit_hull(cameras, masks, OUTER)) - truth).mean() < np.abs(paper - truth).mean() / 4
 
 
+@pytest.mark.parametrize("smaller", VIEWS)
+@pytest.mark.parametrize("profile", [CUP, SMALL_CUP], ids=["cup", "small cup"])
+def test_a_view_whose_mask_is_too_small_is_outvoted(profile, smaller):
+    cameras = cameras_of()
+    masks = masks_of(profile, cameras)
+    index = VIEWS.index(smaller)
+    masks[index] = cv2.erode(masks[index].view(np.uint8), np.ones((9, 9), np.uint8)).astype(bool)
+    heights, radii = profile
+    truth = [2 * radii[-1], 2 * radii[0], heights[-1]]
+    np.testing.assert_allclose(measured(fit_hull(cameras, masks, OUTER)), truth, atol=PIXEL_MM)
+
+
 @pytest.mark.parametrize(("tilt_deg", "about_deg"), [(6, 0), (6, 90), (10, 200)])
 def test_a_leaning_cup_is_measured_along_its_axis(tilt_deg, about_deg):
     cameras = cameras_of()
