@@ -16,7 +16,7 @@ from corsmal.filling.training import part_of, train_filling
 
 Validation = Literal["fold", "inner"]
 """What rule (1) chooses the epoch by: ``fold``: the recordings that are then predicted, as in the paper, which flatters
-the scores; ``inner``: a seventh of the fold's training recordings, not trained on."""
+the scores; ``inner``: a seventh of the fold's training recordings, which are trained on only after the choice."""
 
 COLUMNS = (
     "recording_id",

@@ -6,9 +6,10 @@ import math
 import pickle
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import lightning
+import numpy as np
 import torch
 from lightning.pytorch.callbacks import Callback
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
@@ -24,6 +25,11 @@ from corsmal.filling.weights import read_filling, save_filling
 LOSS_FLOOR = 0.15
 """Of either loss in rule (1)."""
 
+Precision = Literal["32-true", "bf16-mixed"]
+LONG_ROWS = 100
+"""As many rows on the average make recordings long."""
+
+BROKEN = "is no checkpoint of this training; delete it to begin again"
 DIVERGED = "training diverged; delete the folder and lower the learning rate"
 
 
@@ -81,7 +87,9 @@ def fit_network(
         module = FillingModule(training, index, samples, validation, seed=seed)
         keeper = KeepBest(folder / "kept.safetensors", module.network)
         callbacks = [*([keeper] if training.keep == "best" else []), _Checkpoint(last), _Progress(progress)]
-        trainer = _trainer(folder, callbacks, epochs=training.epochs, validated=bool(validation))
+        trainer = _trainer(
+            folder, callbacks, epochs=training.epochs, validated=bool(validation), precision=precision(samples)
+        )
         trainer.fit(module, ckpt_path=last if last.exists() else None, weights_only=True)
     network = keeper.kept() if training.keep == "best" else module.network.cpu().eval()
     if not all(torch.isfinite(value).all() for value in network.state_dict().values()):
@@ -90,10 +98,40 @@ def fit_network(
     return network
 
 
-def _trainer(folder: Path, callbacks: list[Callback], *, epochs: int, validated: bool) -> lightning.Trainer:
+def epochs_kept(folder: Path) -> int:
+    """After how many epochs ``fit_network`` kept the weights that rule (1) chose.
+
+    Args:
+        folder: of a network that was fitted with ``keep`` ``best``.
+
+    Raises:
+        FileError: its checkpoint is absent or broken.
+    """
+    last = folder / "checkpoints" / "last.ckpt"
+    state = _check_checkpoint(last)
+    try:
+        return int(state["KeepBest"]["epochs"])
+    except (LookupError, TypeError, ValueError) as error:
+        raise FileError(last, BROKEN) from error
+
+
+def precision(samples: Sequence[FillingSample]) -> Precision:
+    """Of a training: mixed with bfloat16 on long recordings, in half the time, on a CPU that has instructions for it.
+
+    Short recordings gain nothing by it.
+    """
+    has_instructions = torch.cpu.get_capabilities().get("avx512_bf16") and not torch.cuda.is_available()
+    is_long = np.mean([sample.rows for sample in samples]) >= LONG_ROWS
+    return "bf16-mixed" if is_long and has_instructions else "32-true"
+
+
+def _trainer(
+    folder: Path, callbacks: list[Callback], *, epochs: int, validated: bool, precision: Precision
+) -> lightning.Trainer:
     return lightning.Trainer(
         accelerator="auto",
         devices=1,
+        precision=precision,
         max_epochs=epochs,
         reload_dataloaders_every_n_epochs=1,
         num_sanity_val_steps=0,
@@ -118,12 +156,13 @@ class KeepBest(Callback):
     def __init__(self, path: Path, network: FillingModel) -> None:
         self.path, self._network = path, network
         self.lowest = math.inf
+        self.epochs = 0
 
     def on_validation_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule) -> None:  # noqa: ARG002 - Lightning's signature
         """Apply rule (1); when no later epoch could fulfil it, stop."""
         level, kind = (float(trainer.callback_metrics[f"validation_{task}_loss"]) for task in ("level", "type"))
         if keeps(self.lowest, level, kind):
-            self.lowest = level + kind
+            self.lowest, self.epochs = level + kind, trainer.current_epoch + 1
             save_filling(self.path, [self._network])
         trainer.should_stop = self.lowest <= 2 * LOSS_FLOOR
 
@@ -139,11 +178,11 @@ class KeepBest(Callback):
 
     def state_dict(self) -> dict[str, Any]:
         """What a run that goes on needs to know."""
-        return {"lowest": self.lowest}
+        return {"lowest": self.lowest, "epochs": self.epochs}
 
     def load_state_dict(self, state_dict: dict[str, Any]) -> None:
         """Of the run that goes on."""
-        self.lowest = float(state_dict["lowest"])
+        self.lowest, self.epochs = float(state_dict["lowest"]), int(state_dict["epochs"])
 
 
 class _Checkpoint(Callback):
@@ -166,13 +205,14 @@ class _Progress(Callback):
             self._report((trainer.current_epoch + 1) / (trainer.max_epochs or 1))
 
 
-def _check_checkpoint(path: Path) -> None:
+def _check_checkpoint(path: Path) -> dict[str, Any]:
+    """What its callbacks kept; empty where there is no checkpoint yet."""
     try:
-        torch.load(path, map_location="cpu", weights_only=True)["callbacks"]
+        return dict(torch.load(path, map_location="cpu", weights_only=True)["callbacks"])
     except FileNotFoundError:
-        return
+        return {}
     except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
-        raise FileError(path, "is no checkpoint of this training; delete it to begin again") from error
+        raise FileError(path, BROKEN) from error
 
 
 @contextlib.contextmanager

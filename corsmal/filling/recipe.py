@@ -24,7 +24,8 @@ class FillingTraining:
         passes: ``alternating``: an epoch is a pass for the type on random crops with the level head fixed, then one
             for the level on whole recordings with the type head fixed (paper 2 and 4.2); ``joint``: one pass on whole
             recordings, the two losses summed.
-        keep: the weights of the ``best`` epoch by rule (1) on validation recordings, or those of the ``last``.
+        keep: the weights of the ``best`` epoch by rule (1) on validation recordings, see ``train_filling``, or those of
+            the ``last``.
         epochs: how many.
         batch: recordings per step.
         rate: learning rate of AdamW in the first epoch. The paper names neither batch, optimiser nor rate.
@@ -40,7 +41,7 @@ class FillingTraining:
     keep: Keep = "best"
     epochs: int = 150
     batch: int = 16
-    rate: float = 1e-3
+    rate: float = 5e-4
     schedule: Schedule = "constant"
     weight_decay: float = 0.01
 
@@ -72,7 +73,7 @@ class FillingTraining:
         A rate that is lowered, and 30 epochs, were chosen in each of the winners' folds on its training containers.
         """
         networks = tuple(FillingConfig.tuned(standardise=index % 2 == 1) for index in range(8))
-        return cls(networks, passes="joint", keep="last", epochs=30, schedule="cosine")
+        return cls(networks, passes="joint", keep="last", epochs=30, rate=1e-3, schedule="cosine")
 
     @classmethod
     def of(cls, preset: Preset) -> "FillingTraining":

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pandas as pd
@@ -10,12 +10,15 @@ import pandas as pd
 from corsmal.digests import digest
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
-from corsmal.filling.fitting import fit_network
+from corsmal.filling.fitting import epochs_kept, fit_network
 from corsmal.filling.folds import PAPER_FOLDS, spread_folds
 from corsmal.filling.recipe import FillingTraining, Preset
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
 from corsmal.filling.samples import FillingSample
 from corsmal.filling.weights import read_filling, save_filling
+
+ANEW = 2
+"""So many times the epochs at a rate that is lowered to zero, which is half as large on the average."""
 
 
 def train_filling(
@@ -36,7 +39,8 @@ def train_filling(
         preset: ``paper``, ``tuned``, or settings of your own; their channels and features become those of ``samples``.
         seed: 0 or more; of the first weights, the order of the recordings, the crops and dropout.
         validation: recordings that rule (1) chooses the epoch by. Default: a seventh of ``samples``, spread over the
-            configurations and then not trained on. Not used where the last epoch is kept.
+            configurations; by them it chooses for how long the network is then trained anew on all ``samples``, see
+            ``anew``. Not used where the last epoch is kept.
         progress: called after every epoch with the fraction that is done, 0..1.
 
     Returns:
@@ -47,10 +51,8 @@ def train_filling(
         FileError: the folder cannot be written, or holds another run, or a broken file.
     """
     training = preset if isinstance(preset, FillingTraining) else FillingTraining.of(preset)
-    if training.keep == "last":
-        validation = []
-    elif validation is None:
-        samples, validation = hold_out(samples, seed=seed)
+    searched = training.keep == "best" and validation is None
+    validation = () if training.keep == "last" or validation is None else validation
     channels, _, features = _check(samples, validation)
     training = training.fitted_to(channels=channels, features=features)
     _claim(folder, training, seed, (samples, validation))
@@ -60,18 +62,35 @@ def train_filling(
         return path
     models = []
     for index in range(count):
-        model = fit_network(
-            folder / f"network{index}",
-            samples,
-            training=training,
-            index=index,
-            seed=seed,
-            validation=validation,
-            progress=part_of(progress, index, count),
+        place, part = folder / f"network{index}", part_of(progress, index, count)
+        settings, report = training, part
+        if searched:
+            kept, held = hold_out(samples, seed=seed)
+            report = part_of(part, 0, 2)
+            fit_network(
+                place / "search", kept, training=training, index=index, seed=seed, validation=held, progress=report
+            )
+            settings, report = anew(training, epochs_kept(place / "search")), part_of(part, 1, 2)
+        models.append(
+            fit_network(
+                place, samples, training=settings, index=index, seed=seed, validation=validation, progress=report
+            )
         )
-        models.append(model)
     save_filling(path, models)
     return path
+
+
+def anew(training: FillingTraining, epochs: int) -> FillingTraining:
+    """How a network is trained on all recordings after a search by rule (1) on a part of them.
+
+    The rate is lowered to zero by half a cosine over twice the epochs: its sum stays what it was when the search found
+    its best, and the weights come to rest.
+
+    Args:
+        training: of the search.
+        epochs: after how many rule (1) kept the weights.
+    """
+    return replace(training, keep="last", schedule="cosine", epochs=ANEW * epochs)
 
 
 def part_of(progress: Callable[[float], None] | None, done: int, total: int) -> Callable[[float], None] | None:

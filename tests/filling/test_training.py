@@ -1,11 +1,13 @@
 import json
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
 from corsmal.errors import ArgumentError, FileError
 from corsmal.filling import FillingPredictor, FillingSample, read_filling, train_filling
 from corsmal.filling import training as training_file
+from corsmal.filling.fitting import epochs_kept
 from corsmal.filling.training import hold_out, part_of
 from tests.filling.made import JOINT, PAPER, SMALL, made_features, made_samples, same, state
 
@@ -71,24 +73,63 @@ def test_folder_that_cannot_be_written_is_named(tmp_path):
         train_filling(tmp_path / "file" / "run", made_samples(14), preset=SHORT)
 
 
-def test_rule_1_looks_at_a_seventh_that_is_not_trained_on(tmp_path, monkeypatch):
+@pytest.fixture
+def fits(monkeypatch):
+    """The calls of ``fit_network``: whom it trained on, by whom it chose, and how."""
     seen = []
 
-    def spy(folder, samples, *, validation, **others):
-        seen.append(({sample.recording_id for sample in samples}, {sample.recording_id for sample in validation}))
-        return original(folder, samples, validation=validation, **others)
+    def spy(folder, samples, *, training, validation, **others):
+        ids = [{sample.recording_id for sample in part} for part in (samples, validation)]
+        seen.append((*ids, training))
+        return original(folder, samples, training=training, validation=validation, **others)
 
     original = training_file.fit_network
     monkeypatch.setattr(training_file, "fit_network", spy)
+    return seen
+
+
+def ids(samples):
+    return {sample.recording_id for sample in samples}
+
+
+def test_rule_1_looks_at_a_seventh_and_then_all_are_trained_on(tmp_path, fits):
+    samples, settings, shares = made_samples(49), replace(PAPER, epochs=3), []
+    path = train_filling(tmp_path, samples, preset=settings, progress=shares.append)
+    (trained, held, search), (everyone, nobody, last) = fits
+    assert (len(held), trained | held, trained & held) == (7, ids(samples), set())
+    assert (everyone, nobody) == (ids(samples), set())
+    assert search == settings
+    chosen = epochs_kept(tmp_path / "network0" / "search")
+    assert 1 <= chosen <= 3
+    assert last == replace(settings, keep="last", schedule="cosine", epochs=2 * chosen)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    [network] = read_filling(path)
+    assert same(state(network), state(read_filling(tmp_path / "network0" / "network.safetensors")[0]))
+
+
+def test_a_search_that_was_stopped_goes_on_and_gives_the_same(tmp_path):
+    samples, settings = made_samples(28), replace(PAPER, epochs=4)
+    whole = read_filling(train_filling(tmp_path / "whole", samples, preset=settings))
+
+    def stop_after(limit, share):
+        if share > limit:
+            raise RuntimeError("stopped")
+
+    for limit in (0.2, 0.4, 0.7):
+        with pytest.raises(RuntimeError, match="stopped"):
+            train_filling(tmp_path / "stopped", samples, preset=settings, progress=partial(stop_after, limit))
+    stopped = read_filling(train_filling(tmp_path / "stopped", samples, preset=settings))
+    assert same(state(whole[0]), state(stopped[0]))
+
+
+def test_recordings_that_are_given_to_validate_are_never_trained_on(tmp_path, fits):
     samples, extra = made_samples(49), made_samples(7, seed=1)
-    everyone = {sample.recording_id for sample in samples}
-    train_filling(tmp_path / "inner", samples, preset=replace(PAPER, epochs=1))
     train_filling(tmp_path / "given", samples, preset=replace(PAPER, epochs=1), validation=extra)
     train_filling(tmp_path / "last", samples, preset=replace(JOINT, epochs=1), validation=extra)
-    (trained, held), given, last = seen
-    assert (len(held), trained | held, trained & held) == (7, everyone, set())
-    assert given == (everyone, {sample.recording_id for sample in extra})
-    assert last == (everyone, set())
+    given, last = fits
+    assert given[:2] == (ids(samples), ids(extra))
+    assert last[:2] == (ids(samples), set())
 
 
 def test_held_out_recordings_are_of_every_configuration():
