@@ -64,12 +64,12 @@ class Dropout(nn.Module):
     """``nn.Dropout`` with an eighth of its random numbers: PyTorch draws them one by one on a CPU.
 
     Args:
-        p: of being left out, rounded to the nearest 256th.
+        p: of being left out, rounded to the nearest 256th below 1.
     """
 
     def __init__(self, p: float) -> None:
         super().__init__()
-        self.threshold = round(256 * p)
+        self.threshold = min(round(256 * p), 255)
 
     def forward(self, x: Tensor) -> Tensor:
         """Zeros in places of ``x``, the rest larger by as much, while training; else ``x``."""

@@ -34,7 +34,7 @@ def train_filling(
 
     Args:
         folder: gets the weights, and a folder for each network with its checkpoint, ``metrics.csv`` and TensorBoard's
-            log.
+            log, and another one, ``search``, where rule (1) is asked first.
         samples: the recordings to train on.
         preset: ``paper``, ``tuned``, or settings of your own; their channels and features become those of ``samples``.
         seed: 0 or more; of the first weights, the order of the recordings, the crops and dropout.

@@ -99,6 +99,7 @@ def test_dropout_leaves_out_as_much_as_asked_and_keeps_the_mean():
     assert torch.equal(Dropout(0.3)(x), dropped)
     assert Dropout(0.3).eval()(x) is x
     assert Dropout(0.0)(x) is x
+    assert Dropout(0.999)(x).isfinite().all()
 
 
 @pytest.mark.parametrize("rows", [(6, 6), (6, 3)], ids=["full", "padded"])
