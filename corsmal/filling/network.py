@@ -221,6 +221,8 @@ class FillingModel(nn.Module):
         """
         mask = self._checked(features, mask)
         x = (features - self.feature_mean) / self.feature_std if self.config.standardise else features
+        if torch.is_autocast_enabled(x.device.type):  # the convolution would do it later, when there is more to move
+            x = x.to(torch.get_autocast_dtype(x.device.type))
         x = x if mask.all() else x * mask[:, None, :, None]  # zeros beyond the end, as the convolution's own padding
         x = self.cnn(x)
         x = torch.cat([self.cls.expand(len(x), 1, -1), x], dim=1)  # (B, T + 1, features)
