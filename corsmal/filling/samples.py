@@ -22,6 +22,9 @@ CROP_START_MAX, CROP_END_MIN = 0.4, 0.6
 PART_RATIO, PART_ROWS = 2, 8
 """Recordings of one batch are padded together up to so many times the shortest one's rows, and so many rows more."""
 
+ALIGNED_ROWS, ALIGNED_FROM = 8, 64
+"""A part of 64 rows or more is padded until they are, with the cls embedding, a multiple of 8: others take longer."""
+
 
 @dataclass(frozen=True, eq=False)
 class FillingSample:
@@ -63,7 +66,7 @@ class FillingSample:
 
 
 class Part(NamedTuple):
-    """Recordings of like length, padded to the longest.
+    """Recordings of like length, padded to the longest, or a few rows more.
 
     Args:
         features: (B, C, T, features) float32, zero beyond a recording's end.
@@ -148,6 +151,8 @@ def padded(samples: Sequence[FillingSample], crops: Sequence[tuple[int, int]]) -
 def _part(samples: Sequence[FillingSample], crops: Sequence[tuple[int, int]]) -> Part:
     channels, _, width = samples[0].features.shape
     length = max(end - start for start, end in crops)
+    if length >= ALIGNED_FROM:
+        length += -(length + 1) % ALIGNED_ROWS
     features = np.zeros((len(samples), channels, length, width), np.float32)
     mask = np.zeros((len(samples), length), dtype=bool)
     for index, (sample, (start, end)) in enumerate(zip(samples, crops, strict=True)):

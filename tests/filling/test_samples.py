@@ -76,6 +76,15 @@ def test_part_holds_the_features_and_zeros():
         assert not part.features[index, :, lengths[index] :].any()
 
 
+@pytest.mark.parametrize(("rows", "length"), [(63, 63), (64, 71), (71, 71), (72, 79), (431, 431)])
+def test_a_long_part_and_the_cls_embedding_are_a_multiple_of_eight(rows, length):
+    sample = FillingSample("000001", 1, made_features(rows), 0, 0)
+    [part] = padded([sample], [(0, rows)])
+    assert part.features.shape[2] == part.mask.shape[1] == length
+    assert part.mask.sum() == rows
+    assert not part.features[:, :, rows:].any()
+
+
 def test_parts_are_of_like_lengths():
     rng = np.random.default_rng(0)
     rows = [*rng.integers(1, 1000, 60).tolist(), 1, 1000]
