@@ -1,6 +1,7 @@
 """Fitting one network: checkpoints, logs, and which epoch's weights are kept (paper 2)."""
 
 import contextlib
+import ctypes
 import logging
 import math
 import pickle
@@ -28,6 +29,9 @@ LOSS_FLOOR = 0.15
 Precision = Literal["32-true", "bf16-mixed"]
 LONG_ROWS = 100
 """As many rows on the average make recordings long."""
+
+MALLOPT = {-1: 2**31 - 1, -3: 32 * 2**20}
+"""glibc's M_TRIM_THRESHOLD and M_MMAP_THRESHOLD, both as high as they go."""
 
 BROKEN = "is no checkpoint of this training; delete it to begin again"
 DIVERGED = "training diverged; delete the folder and lower the learning rate"
@@ -82,6 +86,7 @@ def fit_network(
         return read_filling(done)[0]
     last = folder / "checkpoints" / "last.ckpt"
     _check_checkpoint(last)
+    keep_freed_memory()
     with torch.random.fork_rng(devices=range(torch.cuda.device_count())), _quiet():
         torch.manual_seed(stream(seed, index))
         module = FillingModule(training, index, samples, validation, seed=seed)
@@ -113,6 +118,17 @@ def epochs_kept(folder: Path) -> int:
         return int(state["KeepBest"]["epochs"])
     except (LookupError, TypeError, ValueError) as error:
         raise FileError(last, BROKEN) from error
+
+
+def keep_freed_memory() -> None:
+    """Keep in the process what a step freed: glibc would give it back, and the next step wait for it, an eighth of it.
+
+    Where there is no glibc nothing happens.
+    """
+    with contextlib.suppress(OSError, AttributeError, TypeError):
+        library = ctypes.CDLL(None)
+        for parameter, value in MALLOPT.items():
+            library.mallopt(parameter, value)
 
 
 def precision(samples: Sequence[FillingSample]) -> Precision:

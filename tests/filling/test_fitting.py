@@ -75,6 +75,15 @@ class KilledError(Exception):
     """Stands for the end of the process."""
 
 
+@pytest.mark.parametrize("error", [OSError, AttributeError, TypeError])
+def test_memory_is_left_alone_where_there_is_no_glibc(monkeypatch, error):
+    def absent(_):
+        raise error
+
+    monkeypatch.setattr(fitting.ctypes, "CDLL", absent)
+    fitting.keep_freed_memory()
+
+
 @pytest.fixture(params=[False, True], ids=["single", "mixed"])
 def mixed(request, monkeypatch):
     """Whether the recordings count as long, on a processor that has instructions for bfloat16."""
