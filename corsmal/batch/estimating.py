@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from corsmal.batch.detecting import DetectionSet, detections_origin, load_detections
-from corsmal.batch.fitting import calibration_fingerprints
+from corsmal.batch.fitting import METHOD_VERSION, calibration_fingerprints
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError, FileError
 from corsmal.estimation import estimate
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from corsmal.mass.prediction import MassPredictor
 
 KIND = "estimates"
-METHOD_VERSION = 3
-"""Raised when the same inputs give another row than before."""
 
 
 @dataclass(frozen=True, eq=False)

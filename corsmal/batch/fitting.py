@@ -12,6 +12,9 @@ from corsmal.selection import Pair
 from corsmal.shape import Hull, measure_hull
 from corsmal.store import Store, digest, file_fingerprint
 
+METHOD_VERSION = 3
+"""Raised when the same inputs give another hull or estimate than before."""
+
 ARRAYS = ("heights_mm", "radii_mm", "converged", "centroid_m", "direction")
 NUMBERS = ("depth_mm", "yaw", "overlap")
 """What is kept of a hull; a number that it does not have is kept as NaN."""
@@ -31,6 +34,7 @@ def load_fit(
     calibrations = calibration_fingerprints(recording)
     key = digest(
         "fit",
+        METHOD_VERSION,
         detections.key,
         [calibrations.get(name) for name in (METHOD_VIEWS if shape.all_views else pair)],
         pair,
