@@ -5,7 +5,6 @@ import pytest
 from corsmal.batch import Predictors, load_detections
 from corsmal.batch.blaming import STAGES, blame_rows, load_blame
 from corsmal.batch.runs import record_run
-from corsmal.dataset import open_dataset
 from corsmal.detection import ViewDetections
 from corsmal.errors import NotFoundError
 from corsmal.estimation import QUANTITIES, estimate, fit_frame, training_means
@@ -16,11 +15,6 @@ from tests.fakes import FakeFilling, FakeMass
 
 IDS = ("000000", "000001", "000002")
 WITHOUT_DETECTIONS = 2
-
-
-@pytest.fixture(scope="module")
-def dataset(tiny_dataset_root):
-    return open_dataset(tiny_dataset_root)
 
 
 @pytest.fixture(scope="module")

@@ -17,11 +17,6 @@ TOTAL = FRAMES * len(METHOD_VIEWS)
 
 
 @pytest.fixture(scope="module")
-def dataset(tiny_dataset_root):
-    return open_dataset(tiny_dataset_root)
-
-
-@pytest.fixture(scope="module")
 def with_files(dataset):
     return dataset["000000"]
 

@@ -11,17 +11,11 @@ import pytest
 from distributed import LocalCluster
 
 from corsmal.batch import DaskCluster, DetectTask, EstimateTask, Processes, in_turn, run_batch
-from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError, CorsmalError
 from tests.batch.faulty import Faulty
 from tests.networks import write_networks
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(scope="module")
-def dataset(tiny_dataset_root):
-    return open_dataset(tiny_dataset_root)
 
 
 @pytest.fixture(scope="module")

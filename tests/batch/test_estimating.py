@@ -5,21 +5,9 @@ import numpy as np
 import pytest
 
 from corsmal.batch import Predictors, estimating, load_estimate
-from corsmal.dataset import open_dataset
 from corsmal.estimation import estimate, training_means
 from corsmal.parameters import ShapeParameters
-from corsmal.store import Store
 from tests.fakes import FakeFilling, FakeMass
-
-
-@pytest.fixture(scope="module")
-def dataset(tiny_dataset_root):
-    return open_dataset(tiny_dataset_root)
-
-
-@pytest.fixture
-def store(tmp_path):
-    return Store(tmp_path / "cache")
 
 
 @pytest.fixture

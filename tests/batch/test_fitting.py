@@ -3,18 +3,12 @@ import pytest
 
 from corsmal.batch import fitting, load_detections, load_fit
 from corsmal.batch.fitting import NUMBERS
-from corsmal.dataset import open_dataset
 from corsmal.estimation import fit_frame
 from corsmal.parameters import PAIRS, ShapeParameters
 from corsmal.store import Store
 from tests.tiny import FRAMES
 
 CHOICE = {"pair": PAIRS[0], "frame": 2, "centre_rule": "horizontal third", "shape": ShapeParameters(circumferences=40)}
-
-
-@pytest.fixture(scope="module")
-def dataset(tiny_dataset_root):
-    return open_dataset(tiny_dataset_root)
 
 
 @pytest.fixture(scope="module")

@@ -17,11 +17,6 @@ IDS = ("000000", "000001", "000002")
 
 
 @pytest.fixture(scope="module")
-def dataset(tiny_dataset_root):
-    return open_dataset(tiny_dataset_root)
-
-
-@pytest.fixture(scope="module")
 def predictors(dataset):
     return Predictors(means=training_means(dataset.table), filling=FakeFilling(2, 1), mass=FakeMass(20.0))
 

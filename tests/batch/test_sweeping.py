@@ -4,18 +4,12 @@ import pytest
 
 from corsmal.batch import sweeping
 from corsmal.batch.sweeping import sweep_recordings
-from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError
 from corsmal.estimation import QUANTITIES, estimate
 from corsmal.parameters import ShapeParameters
 
 COUNTS, STEPS_MM = (20, 60), (0.0, 0.4, 1.0, 5.0)
 GRID = {"circumferences": COUNTS, "max_differences_mm": STEPS_MM, "shape": ShapeParameters.paper()}
-
-
-@pytest.fixture(scope="module")
-def dataset(tiny_dataset_root):
-    return open_dataset(tiny_dataset_root)
 
 
 @pytest.fixture

@@ -4,24 +4,12 @@ import numpy as np
 import pytest
 
 from corsmal.batch import learn_wall, load_detections
-from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError
 from corsmal.estimation import estimate
 from corsmal.parameters import ShapeParameters
 from corsmal.shape import capacity_ml
-from corsmal.store import Store
 
 SHAPE = replace(ShapeParameters.tuned(), boxes=False, frames=3)
-
-
-@pytest.fixture(scope="module")
-def dataset(tiny_dataset_root):
-    return open_dataset(tiny_dataset_root)
-
-
-@pytest.fixture
-def store(tmp_path):
-    return Store(tmp_path / "cache")
 
 
 def holding(recording, *, store, wall_mm):

@@ -1,22 +1,9 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from corsmal.batch import load_detections, mass_rows
-from corsmal.dataset import open_dataset
 from corsmal.estimation import estimate, mass_inputs
-from corsmal.store import Store
-
-
-@pytest.fixture(scope="module")
-def dataset(tiny_dataset_root):
-    return open_dataset(tiny_dataset_root)
-
-
-@pytest.fixture
-def store(tmp_path):
-    return Store(tmp_path / "cache")
 
 
 def with_mass(recording, mass_g):
