@@ -7,8 +7,8 @@ import threading
 import streamlit as st
 from streamlit.runtime.pages_manager import PagesManager
 
-from corsmal.demo.parts import STAGING
-from corsmal.demo.worker import start_ahead
+from corsmal.synthetic.writing.parts import STAGING
+from corsmal.synthetic.writing.worker import start_ahead
 from corsmal.ui import folders
 
 LIBRARIES_AFTER_S = 20.0  # the first page and a new demo come first

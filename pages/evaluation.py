@@ -3,8 +3,8 @@
 import streamlit as st
 
 from corsmal.ui import session
-from corsmal.ui.evaluation_runs import chosen_run
-from corsmal.ui.evaluation_sections import can_be_judged, section_control, show_section
+from corsmal.ui.evaluation.runs import chosen_run
+from corsmal.ui.evaluation.sections import can_be_judged, section_control, show_section
 
 st.title("Evaluation")
 dataset, _ = session.opened()

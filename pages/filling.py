@@ -2,9 +2,11 @@
 
 import streamlit as st
 
-from corsmal.ui import filling, session, sound
+from corsmal.ui import session
 from corsmal.ui.components import guarded
-from corsmal.ui.filling_downloads import downloads
+from corsmal.ui.filling import cached as sound
+from corsmal.ui.filling import controls as filling
+from corsmal.ui.filling.downloads import downloads
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.viewer import longest_view
 

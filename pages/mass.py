@@ -3,11 +3,13 @@
 import streamlit as st
 
 from corsmal.mass import AxisRule
-from corsmal.ui import controls, data, mass, session, weighing
+from corsmal.ui import controls, data, session
 from corsmal.ui.components import guarded
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import plot_event
-from corsmal.ui.object_mass import heard_filling, object_mass
+from corsmal.ui.mass import cached as mass
+from corsmal.ui.mass import controls as weighing
+from corsmal.ui.mass.object_mass import heard_filling, object_mass
 
 st.title("Mass")
 recording, frames = open_detected()

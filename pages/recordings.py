@@ -2,8 +2,9 @@
 
 import streamlit as st
 
-from corsmal.ui import data, media, session, sound
+from corsmal.ui import data, media, session
 from corsmal.ui.components import guarded
+from corsmal.ui.filling import cached as sound
 from corsmal.ui.routes import thumbnail_urls
 from corsmal.ui.tables import LACKS, filter_table, recordings_table
 

@@ -15,12 +15,15 @@ LINES_MAX = 260
 
 FLOORS = (
     ("errors",),
-    ("geometry", "parameters", "digests", "files"),
-    ("dataset", "networks"),
+    ("digests", "files"),
+    ("weights", "store", "geometry", "quantities", "parameters"),
+    ("dataset",),
     ("detection",),
     ("selection", "shape", "mass", "filling"),
-    ("estimation", "store"),
-    ("figures", "evaluation", "batch", "demo"),
+    ("estimation", "evaluation"),
+    ("stages",),
+    ("engines", "figures"),
+    ("runs", "demo", "synthetic"),
     ("ui", "commands"),
     ("app", "pages", "__main__"),
 )
@@ -143,7 +146,7 @@ HEAVY = ("torch", "cv2", "pandas", "streamlit", "numpy", "plotly", "numba", "av"
         ("import corsmal.parameters, corsmal.errors", HEAVY),
         ("from corsmal.dataset import open_dataset", ("torch", "cv2", "streamlit", "numba", "av")),
         ("from corsmal.detection import Detections", ("torch", "streamlit", "numba")),
-        ("import corsmal.batch, corsmal.figures", ("torch", "streamlit")),
+        ("import corsmal.stages, corsmal.engines, corsmal.figures", ("torch", "streamlit")),
     ],
 )
 def test_importing_loads_only_what_is_needed(statement, absent):

@@ -9,14 +9,15 @@ import pytest
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
-from corsmal.batch import DetectTask, load_detections
 from corsmal.commands import engines, recordings
 from corsmal.dataset import open_dataset
+from corsmal.engines.tasks import DetectTask
 from corsmal.errors import CorsmalError
 from corsmal.estimation import estimate
 from corsmal.evaluation import container_table, error_table, export_table, read_estimates, read_submission
 from corsmal.filling import FillingPredictor, FillingTraining
 from corsmal.parameters import METHOD_VIEWS
+from corsmal.stages.detections import load_detections
 from corsmal.store import Store
 from tests.fakes import FakeDetector
 from tests.networks import write_networks

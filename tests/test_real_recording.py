@@ -10,7 +10,7 @@ from corsmal.dataset import open_dataset
 from corsmal.estimation import QUANTITIES, container_mask, estimate, file_detections, fit_frame
 from corsmal.parameters import PAIRS, HeightRange, SelectionParameters, ShapeParameters
 from corsmal.shape import Hull, fit_hull
-from tests.shape.test_fitting import slow_radii
+from tests.shape.test_circumferences import slow_radii
 
 TRUTH = dict(zip(QUANTITIES, (520.0, 98.0, 61.0, 119.0), strict=True))
 FIRST_FRAME_RANGE = HeightRange("centroid", -150.0, 150.0)

@@ -13,8 +13,8 @@ from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engi
 from corsmal.errors import CorsmalError
 
 if TYPE_CHECKING:
-    from corsmal.batch.engines import Row
     from corsmal.dataset import Dataset, Recording
+    from corsmal.engines.engine import Row
     from corsmal.store import Store
 
 AGREES_MAX = 0.02
@@ -58,8 +58,8 @@ def doctor(
     Lines that begin with ! are problems; the exit status is 1 if there are any. What the whole set lacks is none: parts
     of it can be downloaded.
     """
-    from corsmal.batch.examining import ExamineTask  # noqa: PLC0415 - commands load what they need
     from corsmal.dataset import open_dataset  # noqa: PLC0415
+    from corsmal.stages.examination import ExamineTask  # noqa: PLC0415 - commands load what they need
     from corsmal.store import Store  # noqa: PLC0415
 
     dataset, store, report = open_dataset(root), Store(), _Report()

@@ -12,9 +12,8 @@ from corsmal.commands import progress_bar, say
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from corsmal.batch import Engine
-    from corsmal.batch.engines import Row, Task
     from corsmal.dataset import Recording
+    from corsmal.engines.engine import Engine, Row, Task
 
 EngineName = Annotated[
     Literal["local", "dask"], typer.Option("--engine", help="local: this machine's processes; dask: a cluster.")
@@ -46,7 +45,9 @@ def choose_engine(name: str, *, workers: int | None, scheduler: str | None, reco
     Raises:
         typer.BadParameter: options that exclude each other.
     """
-    from corsmal.batch import DaskCluster, Processes, in_turn  # noqa: PLC0415 - commands load what they need
+    from corsmal.engines.dask_cluster import DaskCluster  # noqa: PLC0415 - commands load what they need
+    from corsmal.engines.engine import in_turn  # noqa: PLC0415 - commands load what they need
+    from corsmal.engines.processes import Processes  # noqa: PLC0415 - commands load what they need
 
     if scheduler is not None and name != "dask":
         raise typer.BadParameter("a scheduler belongs to --engine dask", param_hint="--scheduler")
@@ -66,7 +67,8 @@ def run(task: "Task", recordings: "Sequence[Recording]", engine: "Engine") -> "l
     Raises:
         typer.Exit: the keyboard stopped it.
     """
-    from corsmal.batch import DetectTask, in_turn, run_batch  # noqa: PLC0415 - commands load what they need
+    from corsmal.engines.engine import in_turn, run_batch  # noqa: PLC0415 - commands load what they need
+    from corsmal.engines.tasks import DetectTask  # noqa: PLC0415 - commands load what they need
 
     finished = 0
 

@@ -24,7 +24,7 @@ def detector(
     frames: Annotated[int, typer.Option(help="How many frames of the demo.", min=1)] = 200,
 ) -> None:
     """Measure the demo's detector on frames of the demo that it has not seen."""
-    from corsmal.demo.detector_report import detector_report, detector_table  # noqa: PLC0415 - load what is needed
+    from corsmal.synthetic.training.detector_report import detector_report, detector_table  # noqa: PLC0415 - load what is needed
 
     with progress_bar("frames") as progress:
         report = detector_report(demo_detector(weights), frames=frames, progress=progress)
@@ -80,10 +80,10 @@ def mass(
     root: Root, weights: Annotated[Path | None, typer.Argument(help="Weights; default: the demo's.")] = None
 ) -> None:
     """Measure the network for the container's mass on a dataset whose containers were detected."""
-    from corsmal.batch import mass_rows  # noqa: PLC0415
     from corsmal.dataset import open_dataset  # noqa: PLC0415
     from corsmal.demo import MASS_WEIGHTS  # noqa: PLC0415
     from corsmal.mass import MassPredictor, judge_mass, mass_table  # noqa: PLC0415
+    from corsmal.stages.mass_rows import mass_rows  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
 
     predictor = MassPredictor(weights or MASS_WEIGHTS)
@@ -156,13 +156,13 @@ def budget(
     ablation: Annotated[bool, typer.Option("--ablation", help="All presets, tuned less each of its parts.")] = False,
 ) -> None:
     """Show which stage of the geometry loses what, on a demo whose containers were detected."""
-    from corsmal.batch import load_detections  # noqa: PLC0415
     from corsmal.dataset import open_dataset  # noqa: PLC0415
-    from corsmal.demo.ablation import ablation_errors, ablation_table  # noqa: PLC0415
-    from corsmal.demo.budget import budget_table, geometry_budget, score_against_error  # noqa: PLC0415
     from corsmal.figures.scores import score_error_figure  # noqa: PLC0415
     from corsmal.files import writing  # noqa: PLC0415
     from corsmal.parameters import SHAPE_PRESETS  # noqa: PLC0415
+    from corsmal.runs.ablation import ablation_errors, ablation_table  # noqa: PLC0415
+    from corsmal.runs.budget import budget_table, geometry_budget, score_against_error  # noqa: PLC0415
+    from corsmal.stages.detections import load_detections  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
 
     if preset not in SHAPE_PRESETS:

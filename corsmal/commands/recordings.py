@@ -17,7 +17,7 @@ def demo(
     seed: Annotated[int, typer.Option(help="Another seed, another demo.", min=0)] = 0,
 ) -> None:
     """Write a synthetic dataset in the dataset's own layout, with its truth beside it."""
-    from corsmal.demo.writing import write_demo  # noqa: PLC0415 - commands load what they need
+    from corsmal.synthetic.writing.dataset import write_demo  # noqa: PLC0415 - commands load what they need
 
     with progress_bar("recordings") as progress:
         write_demo(
@@ -40,9 +40,10 @@ def detect(
     scheduler: Scheduler = None,
 ) -> None:
     """Find the containers in recordings' frames and keep the detections in the store; what is there stays."""
-    from corsmal.batch import DetectTask, in_turn  # noqa: PLC0415 - commands load what they need
     from corsmal.dataset import open_dataset  # noqa: PLC0415
     from corsmal.demo import DETECTOR_WEIGHTS  # noqa: PLC0415
+    from corsmal.engines.engine import in_turn  # noqa: PLC0415 - commands load what they need
+    from corsmal.engines.tasks import DetectTask  # noqa: PLC0415 - commands load what they need
     from corsmal.store import Store  # noqa: PLC0415
 
     recordings, store = chosen(open_dataset(root), ids), Store()
@@ -85,9 +86,9 @@ def estimate(
     scheduler: Scheduler = None,
 ) -> None:
     """Estimate everything about recordings whose containers were detected; a run that was stopped goes on."""
-    from corsmal.batch import EstimateTask  # noqa: PLC0415 - commands load what they need
     from corsmal.dataset import open_dataset  # noqa: PLC0415
     from corsmal.demo import FILLING_WEIGHTS, MASS_WEIGHTS  # noqa: PLC0415
+    from corsmal.engines.tasks import EstimateTask  # noqa: PLC0415 - commands load what they need
     from corsmal.estimation import training_means  # noqa: PLC0415
     from corsmal.evaluation import estimates_table, write_estimates  # noqa: PLC0415
     from corsmal.parameters import SHAPE_PRESETS  # noqa: PLC0415

@@ -22,8 +22,8 @@ def detector(
     init: Annotated[Path | None, typer.Option(help="Weights to begin with; default: random ones.")] = None,
 ) -> None:
     """Train the demo's detector on rendered frames."""
-    from corsmal.demo.training import train_detector  # noqa: PLC0415 - commands load what they need
-    from corsmal.demo.training_frames import DetectorTraining  # noqa: PLC0415
+    from corsmal.synthetic.training.detector import train_detector  # noqa: PLC0415 - commands load what they need
+    from corsmal.synthetic.training.frames import DetectorTraining  # noqa: PLC0415
 
     settings = DetectorTraining(
         steps=steps, batch=batch, rate=rate, whole=whole, seed=seed, warm_up=min(200, max(1, steps // 20))
@@ -62,9 +62,9 @@ def mass(
     seed: Annotated[int, typer.Option(help="Of the split, the weights and the order.", min=0)] = 0,
 ) -> None:
     """Train the network for the container's mass on a dataset whose containers were detected."""
-    from corsmal.batch import mass_rows  # noqa: PLC0415
     from corsmal.dataset import open_dataset  # noqa: PLC0415
     from corsmal.mass import MassConfig, MassTraining, train_mass  # noqa: PLC0415
+    from corsmal.stages.mass_rows import mass_rows  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
 
     settings = MassTraining(network=MassConfig.paper() if preset == "paper" else MassConfig.tuned(), seed=seed)
@@ -78,8 +78,8 @@ def mass(
 @app.command("wall")
 def wall(root: Root) -> None:
     """Learn from annotated capacities how thick the walls are that the preset tuned leaves out."""
-    from corsmal.batch import learn_wall  # noqa: PLC0415
     from corsmal.dataset import open_dataset  # noqa: PLC0415
+    from corsmal.runs.wall import learn_wall  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
 
     with progress_bar("recordings") as progress:

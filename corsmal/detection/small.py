@@ -20,7 +20,7 @@ from torchvision.ops.feature_pyramid_network import LastLevelMaxPool
 from corsmal.detection.torch_detector import TorchDetector
 from corsmal.detection.weights import file_sha256
 from corsmal.errors import ArgumentError, FileError
-from corsmal.networks import read_network, save_network
+from corsmal.weights import read_network, save_network
 
 LEVELS = 4
 KIND, ADVICE = "detector", "take the file that came along"

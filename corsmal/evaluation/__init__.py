@@ -8,7 +8,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from corsmal.evaluation.blame import KNOWN_STAGES, blame_table, with_true
+    from corsmal.evaluation.attribution import KNOWN_STAGES, blame_table, with_true
     from corsmal.evaluation.challenge import SPLITS, challenge_scores, overall_score
     from corsmal.evaluation.checking import Checked, truth_table
     from corsmal.evaluation.comparison import changed_sides, compare_runs
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
         submission_table,
         write_submission,
     )
-    from corsmal.evaluation.sweeping import sweep_table
+    from corsmal.evaluation.sweep import sweep_table
     from corsmal.evaluation.tables import (
         METRICS,
         confusion_tables,

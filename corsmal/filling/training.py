@@ -10,8 +10,8 @@ import pandas as pd
 from corsmal.digests import digest
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
-from corsmal.filling.fitting import epochs_kept, fit_network
 from corsmal.filling.folds import PAPER_FOLDS, spread_folds
+from corsmal.filling.loop import epochs_kept, fit_network
 from corsmal.filling.recipe import FillingTraining, Preset
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
 from corsmal.filling.samples import FillingSample

@@ -18,7 +18,7 @@ from corsmal.mass.network import MassConfig, MassModel
 from corsmal.mass.records import MassRow
 from corsmal.mass.samples import Batch, Batches, MassSamples, held_out
 from corsmal.mass.weights import save_mass
-from corsmal.networks import quiet_lightning, read_checkpoint
+from corsmal.weights import quiet_lightning, read_checkpoint
 
 LOSS = "validation_loss"
 

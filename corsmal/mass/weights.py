@@ -6,7 +6,7 @@ from typing import Any
 
 from corsmal.errors import FileError
 from corsmal.mass.network import MassConfig, MassModel
-from corsmal.networks import read_network, save_network
+from corsmal.weights import read_network, save_network
 
 KIND = "mass"
 ADVICE = "train one with `python -m corsmal train mass`, or take the file that came along"

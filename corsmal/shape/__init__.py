@@ -1,7 +1,7 @@
 """The hull: a solid of revolution or a box fitted to masks, its measures and its mesh (paper 3.2)."""
 
+from corsmal.shape.circumferences import fit_hull, on_mask
 from corsmal.shape.exporting import MESH_FORMATS, export_mesh, hull_mesh, profile_table
-from corsmal.shape.fitting import fit_hull, on_mask
 from corsmal.shape.measuring import capacity_ml, measure_hull
 from corsmal.shape.records import Dimensions, Hull
 from corsmal.shape.sections import circumference_points, silhouettes

@@ -7,13 +7,13 @@ from functools import partial
 
 import streamlit as st
 
-from corsmal.batch import DetectionSet
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError
 from corsmal.estimation import Estimate, Fit
 from corsmal.figures import reprojection_figure
 from corsmal.parameters import CentreRule
 from corsmal.shape import MESH_FORMATS, export_mesh, profile_table
+from corsmal.stages.detections import DetectionSet
 from corsmal.ui import data
 from corsmal.ui.linked_plot import linked_plot
 

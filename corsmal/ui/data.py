@@ -9,7 +9,6 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from corsmal.batch import DetectionSet, load_detections, load_fit
 from corsmal.dataset import Dataset, Recording, Video, open_dataset
 from corsmal.detection import filter_detections
 from corsmal.errors import CorsmalError, NotFoundError
@@ -18,6 +17,8 @@ from corsmal.figures import draw_detections, jpeg
 from corsmal.geometry import Camera
 from corsmal.parameters import METHOD_VIEWS, PAIRS, SHAPE_PRESETS, CentreRule, SelectionParameters, ShapeParameters
 from corsmal.selection import BestFrame, Pair, select_best_frame
+from corsmal.stages.detections import DetectionSet, load_detections
+from corsmal.stages.fits import load_fit
 from corsmal.store import Store, digest, file_fingerprint
 from corsmal.ui import media
 from corsmal.ui.jobs import Jobs

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import streamlit as st
 
-from corsmal.demo.writing import DemoProgress, write_demo
+from corsmal.synthetic.writing.dataset import DemoProgress, write_demo
 from corsmal.ui import data
 from corsmal.ui.components import plain
 from corsmal.ui.folders import demo_folder, is_demo_ready

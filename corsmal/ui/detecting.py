@@ -2,12 +2,12 @@
 
 import streamlit as st
 
-from corsmal.batch import DetectionSet, detect_recording
 from corsmal.dataset import Recording
 from corsmal.demo import DETECTOR_WEIGHTS
 from corsmal.detection import Detector
 from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS
+from corsmal.stages.detections import DetectionSet, detect_recording
 from corsmal.store import Store
 from corsmal.ui import data, session
 from corsmal.ui.components import notes, plain

@@ -5,8 +5,8 @@ import os
 import sys
 from pathlib import Path
 
-from corsmal.demo.parts import ANNOTATION_FILE
 from corsmal.store import Store
+from corsmal.synthetic.writing.parts import ANNOTATION_FILE
 
 
 def demo_folder() -> Path:

@@ -7,7 +7,7 @@ import streamlit as st
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from corsmal.dataset import Dataset, Recording
-from corsmal.demo.truth import open_demo_truth
+from corsmal.dataset.truth import open_demo_truth
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.ui import data, demo
 from corsmal.ui.components import plain

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import streamlit as st
 
-from corsmal.demo.writing import write_demo
+from corsmal.synthetic.writing.dataset import write_demo
 from corsmal.ui import data, demo
 from tests.tiny import write_tiny_dataset
 

@@ -7,13 +7,14 @@ import pandas as pd
 import pytest
 
 import corsmal.filling.features  # noqa: F401 - loads PyTorch, before a test's clock runs
-from corsmal.batch import Predictors
-from corsmal.batch.runs import Run, list_runs, record_run
 from corsmal.dataset import Dataset, open_dataset
 from corsmal.estimation import training_means
 from corsmal.evaluation import METRICS, container_table, error_table, estimates_table
 from corsmal.parameters import ShapeParameters
-from corsmal.ui import data, evaluation
+from corsmal.runs.run import Run, list_runs, record_run
+from corsmal.stages.estimates import Predictors
+from corsmal.ui import data
+from corsmal.ui.evaluation import cached as evaluation
 from tests.app.driver import Visitor
 from tests.fakes import FakeFilling, FakeMass
 

@@ -14,8 +14,10 @@ import torch
 from corsmal.dataset import open_dataset
 from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, FillingPredictor, save_filling
 from corsmal.filling.features import recording_features
-from corsmal.ui import data, filling, sound
-from corsmal.ui.filling_downloads import windows_table
+from corsmal.ui import data
+from corsmal.ui.filling import cached as sound
+from corsmal.ui.filling import controls as filling
+from corsmal.ui.filling.downloads import windows_table
 from corsmal.ui.media import GAIN
 from tests.app.driver import Visitor
 from tests.tiny import SAMPLE_RATE_HZ, write_audio

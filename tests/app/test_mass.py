@@ -11,7 +11,6 @@ import torch
 from numpy.typing import NDArray
 from streamlit.delta_generator import DeltaGenerator
 
-from corsmal.batch import load_detections
 from corsmal.dataset import open_dataset
 from corsmal.demo import FILLING_WEIGHTS
 from corsmal.detection import Detections, ViewDetections
@@ -21,8 +20,9 @@ from corsmal.filling import FillingPredictor
 from corsmal.filling.features import recording_features
 from corsmal.mass import AxisRule, MassConfig, MassModel, MassPredictor, mm_per_pixel, restore_mask, save_mass
 from corsmal.parameters import SelectionParameters
+from corsmal.stages.detections import load_detections
 from corsmal.store import Store
-from corsmal.ui.object_mass import Filling, error_text, grams
+from corsmal.ui.mass.object_mass import Filling, error_text, grams
 from tests.app.driver import Visitor, amount
 from tests.tiny import CUP, SIZE, coco_result, write_json
 
@@ -250,7 +250,7 @@ def test_demos_weights_are_called_a_guess_on_recordings_without_a_truth(
     root: Path, weights: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert "synthetic" not in Visitor(root).open("mass").sentences
-    monkeypatch.setattr("corsmal.ui.mass.MASS_WEIGHTS", weights)
+    monkeypatch.setattr("corsmal.ui.mass.cached.MASS_WEIGHTS", weights)
     assert "learnt from **synthetic** containers alone" in Visitor(root).open("mass").sentences
     write_truth(root, np.ones((6, 2, 2), dtype=bool))
     assert "synthetic" not in Visitor(root).open("mass").sentences

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from corsmal.batch import DetectionSet, load_detections
 from corsmal.dataset import Recording, open_dataset
 from corsmal.estimation import Fit, container_mask, fit_frame
 from corsmal.parameters import METHOD_VIEWS, PAIRS, SelectionParameters, ShapeParameters
 from corsmal.selection import BestFrame, select_best_frame
+from corsmal.stages.detections import DetectionSet, load_detections
 from corsmal.store import Store
 from tests.tiny import write_tiny_dataset
 

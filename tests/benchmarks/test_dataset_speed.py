@@ -140,7 +140,7 @@ def run_python(statement: str) -> None:
 
 
 @importing
-@pytest.mark.parametrize("names", ["corsmal", "corsmal.dataset", "corsmal.batch, corsmal.figures"])
+@pytest.mark.parametrize("names", ["corsmal", "corsmal.dataset", "corsmal.stages, corsmal.engines, corsmal.figures"])
 def test_start_python_and_import(benchmark: BenchmarkFixture, names: str) -> None:
     benchmark.pedantic(run_python, args=(f"import {names}",), rounds=3, warmup_rounds=1)
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from corsmal.demo.parts import DEMO_SIZE
-from corsmal.demo.rendering import _photographed, _room, render_frame
-from corsmal.demo.scene import training_scene
+from corsmal.synthetic.render.frame import _photographed, _room, render_frame
+from corsmal.synthetic.scene.scene import training_scene
+from corsmal.synthetic.writing.parts import DEMO_SIZE
 
 pytestmark = pytest.mark.benchmark(group="render", max_time=0.5)
 

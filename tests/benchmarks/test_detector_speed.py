@@ -5,14 +5,14 @@ import itertools
 import pytest
 import torch
 
-from corsmal.batch import detect_recording
 from corsmal.dataset import open_dataset
 from corsmal.demo import DETECTOR_WEIGHTS
-from corsmal.demo.rendering import render_frame
-from corsmal.demo.scene import training_scene
 from corsmal.detection import SmallDetector
 from corsmal.parameters import METHOD_VIEWS
+from corsmal.stages.detections import detect_recording
 from corsmal.store import Store
+from corsmal.synthetic.render.frame import render_frame
+from corsmal.synthetic.scene.scene import training_scene
 from tests.tiny import write_tiny_dataset
 
 pytestmark = pytest.mark.skipif(not DETECTOR_WEIGHTS.is_file(), reason="the demo's detector was not trained")

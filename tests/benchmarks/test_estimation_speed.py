@@ -6,13 +6,12 @@ from dataclasses import replace
 import pytest
 import torch
 
-from corsmal.batch import Predictors, load_estimate
-from corsmal.batch.estimating import KIND
 from corsmal.estimation import estimate, mass_inputs
 from corsmal.filling import FillingPredictor, log_mel
 from corsmal.mass import MassPredictor
 from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
 from corsmal.shape import fit_hull, measure_hull
+from corsmal.stages.estimates import KIND, Predictors, load_estimate
 from corsmal.store import Store
 from tests.networks import write_networks
 

@@ -11,7 +11,7 @@ from torchaudio.transforms import MelSpectrogram
 
 from corsmal.dataset.audio import read_audio
 from corsmal.filling import FillingConfig, FillingModel, FillingPredictor, FillingSample, log_mel, save_filling
-from corsmal.filling.fitting import fit_network, precision
+from corsmal.filling.loop import fit_network, precision
 from corsmal.filling.network import sinusoidal_positions
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import Batches

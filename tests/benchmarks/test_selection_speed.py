@@ -7,11 +7,11 @@ import pyarrow.parquet as pq
 import pycocotools.mask as coco_mask
 import pytest
 
-from corsmal.batch import load_detections
 from corsmal.detection import Detections, ViewDetections, read_coco_results, write_coco_results
 from corsmal.digests import digest
 from corsmal.parameters import PAIRS
 from corsmal.selection import score_frames, select_best_frame
+from corsmal.stages.detections import load_detections
 
 FRAMES, PER_FRAME = 300, 10
 PAIR = PAIRS[0]

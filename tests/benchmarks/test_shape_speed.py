@@ -5,7 +5,7 @@ import pytest
 
 from corsmal.parameters import ShapeParameters
 from corsmal.shape import fit_hull, measure_hull
-from tests.shape.test_fitting import BASE_M, CUP, slow_radii
+from tests.shape.test_circumferences import BASE_M, CUP, slow_radii
 from tests.tiny import silhouette, tiny_cameras
 
 PLAIN_SHARE = 25

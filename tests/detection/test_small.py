@@ -8,11 +8,11 @@ import safetensors.torch
 import torch
 
 from corsmal.demo import DETECTOR_WEIGHTS
-from corsmal.demo.rendering import render_frame
-from corsmal.demo.scene import make_scene
 from corsmal.detection import SmallDetector
 from corsmal.detection.small import SmallMaskRCNNConfig, read_weights, save_weights, small_mask_rcnn
 from corsmal.errors import FileError
+from corsmal.synthetic.render.frame import render_frame
+from corsmal.synthetic.scene.scene import make_scene
 
 CONFIG = SmallMaskRCNNConfig(
     widths=(8, 8, 8, 8), blocks=(1, 1, 1, 1), pyramid=8, box_head=16, mask_layers=(8,), image_side_min=90,

@@ -7,7 +7,7 @@ import pytest
 from corsmal.errors import ArgumentError, FileError
 from corsmal.filling import FillingPredictor, FillingSample, read_filling, train_filling
 from corsmal.filling import training as training_file
-from corsmal.filling.fitting import epochs_kept
+from corsmal.filling.loop import epochs_kept
 from corsmal.filling.training import hold_out, part_of
 from tests.filling.made import JOINT, PAPER, SMALL, made_features, made_samples, same, state
 

@@ -1,0 +1,94 @@
+"""Many recordings on a Dask cluster: several machines that share the dataset's folder and the store's."""
+
+import logging
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from corsmal.dataset import Recording
+from corsmal.engines.engine import Outcome, Task, attempt
+from corsmal.errors import CorsmalError
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+TIMEOUT_S = 10
+AHEAD = 2
+"""Recordings that are on their way to each of the cluster's threads; more would only wait in memory."""
+
+
+@dataclass(frozen=True)
+class DaskCluster:
+    """The engine of a Dask cluster.
+
+    Args:
+        scheduler: address of a running cluster's scheduler, such as ``tcp://10.0.0.5:8786``; None: a cluster of this
+            machine, for as long as the work takes.
+        workers: processes of such a cluster.
+    """
+
+    scheduler: str | None = None
+    workers: int = 2
+
+    def __call__(self, task: Task, recordings: Sequence[Recording]) -> Iterator[Outcome]:
+        """Yield an outcome for each recording as soon as there is one.
+
+        Raises:
+            CorsmalError: the scheduler does not answer, or is lost on the way.
+        """
+        from distributed import as_completed  # noqa: PLC0415 - who works on one machine need not wait for it
+
+        waiting = enumerate(recordings)
+        with ExitStack() as stack:
+            client = self._client(stack)
+            running: dict[Future, int] = {}
+            answers = as_completed([])
+
+            def submit() -> None:
+                wanted = AHEAD * max(1, sum(client.nthreads().values())) - len(running)
+                for index, recording in (pair for _, pair in zip(range(wanted), waiting, strict=False)):
+                    future = client.submit(attempt, task, index, recording, pure=False)
+                    running[future] = index
+                    answers.add(future)
+
+            submit()
+            for future in answers:
+                yield _outcome(future, running.pop(future))
+                submit()
+
+    def _client(self, stack: ExitStack) -> "Client":
+        from distributed import Client, LocalCluster  # noqa: PLC0415 - as above
+
+        try:
+            address = self.scheduler or stack.enter_context(
+                LocalCluster(
+                    n_workers=self.workers,
+                    threads_per_worker=1,
+                    dashboard_address="127.0.0.1:0",
+                    silence_logs=logging.CRITICAL,
+                )
+            )
+            return stack.enter_context(Client(address, timeout=TIMEOUT_S))
+        except (OSError, ValueError) as error:
+            where = self.scheduler or "on this machine"
+            raise CorsmalError(
+                f"the Dask scheduler {where} does not answer ({error}); start it or name another"
+            ) from error
+
+
+def _outcome(future: "Future", index: int) -> Outcome:
+    """What a worker returned; a worker that died over a recording several times is that recording's problem."""
+    try:
+        error = future.exception()
+    except CancelledError as lost:
+        raise CorsmalError("the Dask scheduler was lost; what was done is kept, the same command goes on") from lost
+    if isinstance(error, RuntimeError) and "deserialization" in str(error):
+        raise CorsmalError(
+            "the cluster cannot load this version of corsmal; start scheduler and workers in the repository's folder"
+        ) from error
+    if error is not None:
+        return Outcome(index, problem=f"its worker ended: {' '.join(str(error).split())}")
+    outcome: Outcome = future.result()
+    return outcome

@@ -1,0 +1,46 @@
+"""What the mass network is trained on and judged by, from a dataset whose containers were detected."""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from corsmal.dataset import Recording
+from corsmal.estimation import estimate, mass_inputs
+from corsmal.mass import MassRow
+from corsmal.parameters import ShapeParameters
+from corsmal.stages.detections import load_detections
+from corsmal.store import Store
+
+NOTHING = {"mask": np.zeros((1, 1), dtype=bool), "mm_per_px": None} | dict.fromkeys(
+    ("width_top_mm", "width_bottom_mm", "height_mm")
+)
+"""What is known of a container that could not be fitted."""
+
+
+def mass_rows(
+    recordings: Sequence[Recording],
+    *,
+    store: Store,
+    shape: ShapeParameters | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Iterator[MassRow]:
+    """A row for every recording whose container's mass is annotated: its mask in the best frame and its measures.
+
+    Args:
+        recordings: whose detections are beside their videos or in the store.
+        store: gives the detections.
+        shape: parameters of the fit; default: the paper's.
+        progress: called with the numbers of recordings done and wanted.
+
+    Yields:
+        The rows in order; where nothing could be fitted, one with an empty mask and without measures.
+    """
+    for index, recording in enumerate(recordings):
+        known = recording.annotation
+        if known is not None and known.container_mass_g:
+            detections = load_detections(recording, store=store).views
+            found = estimate(recording, detections=detections, shape=shape)
+            inputs = mass_inputs(found, recording, detections) or NOTHING
+            yield MassRow(recording.id, known.container or "unknown", mass_g=known.container_mass_g, **inputs)
+        if progress is not None:
+            progress(index + 1, len(recordings))

@@ -1,0 +1,169 @@
+"""Limbs: cones with a sphere at each end, of which persons, hands, chairs and streams are made."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from corsmal.synthetic.render.kernels import Floats, Pixel, Vector, kernel
+from corsmal.synthetic.render.shading import Depth, Image, Rays, brightness, light_values, paint
+from corsmal.synthetic.render.tracing import at, limb_entry
+from corsmal.synthetic.scene.looks import Colour, Light
+
+_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+STRIPE_M = 0.022
+"""Width of the rings of striped limbs."""
+
+
+@dataclass(frozen=True)
+class Limb:
+    """One limb.
+
+    Args:
+        start_m: (3,) centre of the first sphere.
+        end_m: (3,) centre of the second.
+        radius_start_m: its radius.
+        radius_end_m: the second one's.
+        colour: RGB 0..255.
+        flat: how thick it is in the direction ``flat_axis`` relative to the others; 1 is round.
+        flat_axis: (3,) a direction across the limb.
+        stripe: a second colour in rings along the limb; the same as ``colour`` where it is plain.
+    """
+
+    start_m: ArrayLike
+    end_m: ArrayLike
+    radius_start_m: float
+    radius_end_m: float
+    colour: Colour
+    flat: float = 1.0
+    flat_axis: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    stripe: Colour | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PackedLimbs:
+    """Limbs as arrays, one row each; they serve every camera.
+
+    Args:
+        ends_m: (n, 2, 3) centres of the two spheres.
+        radii_m: (n, 2) their radii.
+        to_local: (n, 3, 3) map from the world to the limb's frame: along z, and as thick as it is wide.
+        length_m: (n,) distance of the centres.
+        colours: (n, 6) colour and stripe.
+    """
+
+    ends_m: Floats
+    radii_m: Floats
+    to_local: Floats
+    length_m: Floats
+    colours: Floats
+
+
+def pack_limbs(limbs: list[Limb]) -> PackedLimbs:
+    """Arrays of at least one limb."""
+    ends = np.array([(limb.start_m, limb.end_m) for limb in limbs], dtype=np.float64)
+    along = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    axis = np.where(length[:, None] > 1e-9, along / np.maximum(length, 1e-9)[:, None], (0.0, 0.0, 1.0))
+    flat = np.array([limb.flat_axis for limb in limbs], dtype=np.float64)
+    flat -= axis * (flat * axis).sum(axis=1, keepdims=True)
+    norm = np.linalg.norm(flat, axis=1, keepdims=True)
+    spare = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.9, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
+    flat = np.where(norm > 1e-3, flat / np.maximum(norm, 1e-3), spare / np.linalg.norm(spare, axis=1, keepdims=True))
+    thin = np.array([limb.flat for limb in limbs])[:, None]
+    return PackedLimbs(
+        ends_m=ends,
+        radii_m=np.array([(limb.radius_start_m, limb.radius_end_m) for limb in limbs]),
+        to_local=np.stack([np.cross(flat, axis), flat / thin, axis], axis=1),
+        length_m=length,
+        colours=np.array([(*limb.colour, *(limb.stripe or limb.colour)) for limb in limbs], dtype=np.float64),
+    )
+
+
+def draw_limbs(image: Image, depth: Depth, limbs: PackedLimbs, *, rays: Rays, light: Light) -> None:
+    """Draw limbs into an image where they are nearer than what is there.
+
+    Args:
+        image: (H, W, 3) RGB, changed.
+        depth: (H, W) depth of what is there, metres, changed.
+        limbs: what is drawn.
+        rays: of the camera.
+        light: the recording's light.
+    """
+    to_camera = rays.centre_m - limbs.ends_m[:, 0]
+    table = np.concatenate(
+        [
+            limbs.to_local.reshape(-1, 9),
+            np.einsum("nij,nj->ni", limbs.to_local, to_camera),
+            (limbs.to_local @ rays.matrix).reshape(-1, 9),
+            limbs.length_m[:, None],
+            limbs.radii_m,
+            limbs.colours,
+        ],
+        axis=1,
+    )
+    # from near to far, so that little is shaded that something else then hides
+    order = np.argsort((to_camera**2).sum(axis=1))
+    _draw(image, depth, table[order], _windows(limbs, rays)[order], light_values(light))
+
+
+def _windows(limbs: PackedLimbs, rays: Rays) -> NDArray[np.int64]:
+    """(n, 4) columns and rows that can show each limb: boxes around the two spheres."""
+    points = (limbs.ends_m[:, :, None] + _CORNERS * limbs.radii_m[:, :, None, None]).reshape(-1, 16, 3)
+    homogeneous = points @ rays.projection[:, :3].T + rays.projection[:, 3]
+    is_near = homogeneous[:, :, 2].min(axis=1) < 0.05
+    pixels = homogeneous[:, :, :2] / np.maximum(homogeneous[:, :, 2:], 0.05)
+    low, high = np.floor(pixels.min(axis=1)), np.ceil(pixels.max(axis=1)) + 1
+    low[is_near], high[is_near] = 0, rays.size
+    low, high = np.clip(low, 0, rays.size), np.clip(high, 0, rays.size)
+    return np.stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1]], axis=1).astype(np.int64)
+
+
+@kernel
+def _draw(image: Image, depth: Depth, table: Floats, windows: NDArray[np.int64], light: Floats) -> None:
+    for index in range(len(table)):
+        p = table[index]
+        origin, length, radii = (p[9], p[10], p[11]), p[21], (p[22], p[23])
+        step = (p[12], p[15], p[18])
+        x0, x1, y0, y1 = windows[index]
+        for y in range(y0, y1):
+            begin = (p[13] * y + p[14], p[16] * y + p[17], p[19] * y + p[20])
+            start, end = _columns(origin, step, begin, max(radii[0], radii[1]))
+            for x in range(max(x0, start), min(x1, end)):
+                direction = at(begin, step, x)
+                t, normal = limb_entry(origin, direction, length, radii)
+                if t < depth[y, x]:
+                    depth[y, x] = t
+                    _shade(image, (y, x), p, (normal[0], normal[1], normal[2], origin[2] + t * direction[2]), light)
+
+
+@kernel
+def _columns(origin: Vector, step: Vector, begin: Vector, radius: float) -> tuple[int, int]:
+    """The columns of a row, the end excluded, whose rays pass the limb's axis nearer than its largest radius."""
+    # (o·d)² >= (d·d) (o·o - r²) across the axis, with d = begin + column · step: a quadratic in the column
+    outside = origin[0] ** 2 + origin[1] ** 2 - radius * radius
+    along, along_0 = origin[0] * step[0] + origin[1] * step[1], origin[0] * begin[0] + origin[1] * begin[1]
+    a = along * along - outside * (step[0] ** 2 + step[1] ** 2)
+    b = along * along_0 - outside * (step[0] * begin[0] + step[1] * begin[1])
+    c = along_0 * along_0 - outside * (begin[0] ** 2 + begin[1] ** 2)
+    if outside <= 0.0 or a >= 0.0:
+        return 0, 1 << 30
+    if b * b < a * c:
+        return 0, 0
+    root = math.sqrt(b * b - a * c)
+    return math.floor((-b + root) / a), math.ceil((-b - root) / a) + 1
+
+
+@kernel
+def _shade(image: Image, pixel: Pixel, p: Floats, surface: tuple[float, float, float, float], light: Floats) -> None:
+    """Paint a pixel, ``surface`` being the normal and z in the limb's frame."""
+    nx, ny, nz, z = surface
+    normal = (
+        p[0] * nx + p[3] * ny + p[6] * nz,
+        p[1] * nx + p[4] * ny + p[7] * nz,
+        p[2] * nx + p[5] * ny + p[8] * nz,
+    )
+    value = brightness(normal, light)
+    first = 27 if math.floor(z / STRIPE_M) % 2 else 24
+    paint(image, pixel, (p[first], p[first + 1], p[first + 2]), value, light)

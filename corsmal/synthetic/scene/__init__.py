@@ -1,0 +1,1 @@
+"""What happens in a synthetic recording: people, containers, cameras and when things move."""

@@ -1,0 +1,166 @@
+"""The demo's fifteen containers: the dataset's nine with their annotated sizes, and six that training never shows."""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+from corsmal.errors import NotFoundError
+from corsmal.synthetic.scene.profiles import Profile, Walls, cup, double_bowl, solved, stemmed, trumpet, tulip
+
+Kind = Literal["cup", "glass", "box"]
+Colour = tuple[int, int, int]
+
+CUP_LABEL, STEMMED_LABEL, BOX_LABEL = 47, 46, 84
+"""COCO category numbers: cup, wine glass, book (the one that flat boxes are taken for)."""
+
+ANNOTATED_IDS = tuple(range(1, 10))
+CONTAINER_IDS = tuple(range(1, 16))
+
+
+@dataclass(frozen=True, eq=False)
+class DemoContainer:
+    """One container.
+
+    Args:
+        container_id: 1 to 15, as in the annotation.
+        name: for people.
+        kind: cups and glasses are poured into, boxes are shaken.
+        label: the COCO category number that a detector is to give it.
+        width_top_mm: outer width at the rim.
+        width_bottom_mm: outer width at the base.
+        height_mm: from the base to the rim.
+        depth_mm: the third size of a box, -1 for what is round.
+        capacity_ml: inner volume up to the brim.
+        mass_g: mass of the empty container.
+        transparency: 0 transparent, 1 semi-transparent, 2 opaque.
+        colour: RGB of the outside.
+        outer: the outer wall; None for boxes.
+        inner: the cavity; None for boxes, whose walls have no thickness.
+        grip_mm: height at which a hand takes it.
+    """
+
+    container_id: int
+    name: str
+    kind: Kind
+    label: int
+    width_top_mm: float
+    width_bottom_mm: float
+    height_mm: float
+    depth_mm: float
+    capacity_ml: float
+    mass_g: float
+    transparency: Literal[0, 1, 2]
+    colour: Colour
+    outer: Profile | None
+    inner: Profile | None
+    grip_mm: float
+
+    @property
+    def is_round(self) -> bool:
+        """Whether it is a solid of revolution."""
+        return self.outer is not None
+
+    @property
+    def radius_max_mm(self) -> float:
+        """The largest distance of its surface from the vertical axis."""
+        if self.outer is not None:
+            return float(self.outer.radii_mm.max())
+        return math.hypot(self.width_top_mm, self.depth_mm) / 2
+
+    def fill_height_mm(self, fraction: float) -> float:
+        """How high a share (0..1) of the capacity stands above the base."""
+        if self.inner is None:
+            return fraction * self.height_mm
+        return self.inner.height_holding(fraction * self.capacity_ml)
+
+
+@cache
+def demo_container(container_id: int) -> DemoContainer:
+    """The container of that number.
+
+    Raises:
+        NotFoundError: there is none.
+    """
+    if container_id in _BOXES:
+        return _box(container_id)
+    if container_id in _VESSELS:
+        return _vessel(container_id)
+    raise NotFoundError(f"there is no demo container {container_id!r}; there are 1 to {len(CONTAINER_IDS)}")
+
+
+def _box(container_id: int) -> DemoContainer:
+    name, (width, depth, height), mass, colour = _BOXES[container_id]
+    capacity = round(width * depth * height / 1000, 3)
+    sizes = (width, width, height, depth, capacity)
+    return DemoContainer(container_id, name, "box", BOX_LABEL, *sizes, mass, 2, colour, None, None, 0.55 * height)
+
+
+def _vessel(container_id: int) -> DemoContainer:
+    name, kind, label, (top, bottom, height), capacity, mass, transparency, colour = _VESSELS[container_id]
+    outer, inner = _walls(container_id, top, bottom, height, capacity)
+    held = capacity if capacity is not None else round(inner.volume_ml, 3)
+    grip = _GRIPS_MM.get(container_id, 0.5 * height)
+    sizes = (top, bottom, height, -1.0, held)
+    return DemoContainer(container_id, name, kind, label, *sizes, mass, transparency, colour, outer, inner, grip)
+
+
+def _walls(container_id: int, top: float, bottom: float, height: float, capacity: float | None) -> Walls:
+    if container_id == _WINE_GLASS:
+        return solved(
+            lambda widest: stemmed(
+                tulip(widest, start_mm=58, height_mm=height, top_mm=top), foot_mm=bottom, wall_mm=1.2
+            ),
+            capacity_ml=capacity or 0,
+            low=top,
+            high=top + 50,
+        )
+    if container_id == _FLUTE:
+        return solved(
+            lambda power: stemmed(
+                trumpet(power, start_mm=56, height_mm=height, top_mm=top), foot_mm=bottom, wall_mm=1.0
+            ),
+            capacity_ml=capacity or 0,
+            low=0.05,
+            high=1.5,
+        )
+    if container_id == _COCKTAIL_GLASS:
+        return stemmed(trumpet(0.9, start_mm=84, height_mm=height, top_mm=top), foot_mm=bottom, wall_mm=1.3)
+    if container_id == _MARGARITA_GLASS:
+        return stemmed(double_bowl(56, start_mm=66, height_mm=height, top_mm=top), foot_mm=bottom, wall_mm=1.3)
+    wall, floor = _THICKNESSES_MM.get(container_id, (0.6, 2.0))
+    sizes = {"top_mm": top, "bottom_mm": bottom, "height_mm": height, "wall_mm": wall, "floor_mm": floor}
+    if capacity is None:
+        return cup(1.0, **sizes)
+    return solved(lambda power: cup(power, **sizes), capacity_ml=capacity, low=0.3, high=4)
+
+
+_WINE_GLASS, _FLUTE, _COCKTAIL_GLASS, _MARGARITA_GLASS = 5, 6, 12, 13
+
+_THICKNESSES_MM = {1: (0.8, 4.0), 2: (0.5, 1.2), 3: (0.5, 1.5), 4: (3.0, 7.0), 10: (0.8, 3.0), 11: (0.7, 2.0)}
+"""Wall and floor of the cups."""
+
+_GRIPS_MM = {5: 88.0, 6: 112.0, 12: 66.0, 13: 74.0, 10: 70.0}
+
+_VESSELS: dict[
+    int,
+    tuple[str, Kind, int, tuple[float, float, float], float | None, float, Literal[0, 1, 2], Colour],
+] = {
+    1: ("red cup", "cup", CUP_LABEL, (98.0, 61.0, 119.0), 520.0, 10.0, 2, (196, 26, 34)),
+    2: ("small white cup", "cup", CUP_LABEL, (69.0, 42.0, 72.0), 185.0, 2.0, 1, (236, 236, 232)),
+    3: ("small transparent cup", "cup", CUP_LABEL, (69.0, 39.0, 85.0), 202.0, 3.0, 0, (232, 240, 242)),
+    4: ("green glass", "glass", CUP_LABEL, (88.0, 56.0, 91.0), 296.0, 86.0, 0, (96, 190, 112)),
+    5: ("wine glass", "glass", STEMMED_LABEL, (81.0, 67.0, 136.0), 363.0, 134.0, 0, (228, 236, 238)),
+    6: ("champagne flute", "glass", STEMMED_LABEL, (49.0, 59.0, 175.0), 128.0, 15.0, 0, (226, 234, 238)),
+    10: ("beer cup", "cup", CUP_LABEL, (95.0, 62.0, 148.0), None, 12.0, 0, (236, 238, 232)),
+    11: ("medium white cup", "cup", CUP_LABEL, (80.0, 55.0, 96.0), None, 5.0, 2, (238, 238, 236)),
+    12: ("cocktail glass", "glass", STEMMED_LABEL, (112.0, 74.0, 158.0), None, 172.0, 0, (226, 234, 238)),
+    13: ("margarita glass", "glass", STEMMED_LABEL, (110.0, 72.0, 150.0), None, 205.0, 0, (224, 236, 234)),
+}
+_BOXES = {
+    7: ("cereal box", (193.0, 69.0, 241.0), 59.0, (228, 176, 40)),
+    8: ("biscuit box", (135.0, 56.0, 164.0), 31.0, (44, 84, 160)),
+    9: ("tea box", (80.0, 45.0, 131.0), 15.0, (60, 128, 78)),
+    14: ("fusilli box", (95.0, 60.0, 190.0), 24.0, (30, 62, 132)),
+    15: ("spaghetti box", (72.0, 38.0, 262.0), 22.0, (26, 92, 150)),
+}

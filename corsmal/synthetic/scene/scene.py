@@ -1,0 +1,231 @@
+"""One synthetic recording, described in full: what is drawn and what is heard follow from it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from corsmal.errors import ArgumentError, NotFoundError
+from corsmal.geometry import Camera
+from corsmal.synthetic.render.room import Furniture
+from corsmal.synthetic.scene.cameras import VIEWS, draw_cameras
+from corsmal.synthetic.scene.containers import CONTAINER_IDS, DemoContainer, demo_container
+from corsmal.synthetic.scene.looks import DEMO_LIGHTS, DEMO_LOOKS, Light, Look, random_light, random_look
+from corsmal.synthetic.scene.motion import Motion, draw_motion
+from corsmal.synthetic.scene.paths import CENTRE_X_M
+from corsmal.synthetic.scene.timing import FILLING_NAMES, Timing, draw_timing
+from corsmal.synthetic.sound.events import Level, Material, SoundEvents
+
+FPS = 30
+ROUND_FILLINGS: tuple[tuple[int, Level], ...] = ((0, 0), (1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
+BOX_FILLINGS: tuple[tuple[int, Level], ...] = ROUND_FILLINGS[:5]
+"""Pairs of filling type and level that can be."""
+
+_TRAINING_STREAM = 7919
+_DEMO_STREAM = 104_729
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything about one recording.
+
+    Args:
+        seed: what it was drawn from.
+        container: the container.
+        scenario: 0 on the table, 1 held from the start, 2 brought in.
+        background: 0 bare wall, 1 curtain and pictures.
+        illumination: 0 from above, 1 from the side.
+        filling_type: 0 to 3: none, pasta, rice, water.
+        filling_level: 0 to 2: empty, half, full.
+        look: colours.
+        light: lamps.
+        cameras: by view, for images of 1280×720 pixels.
+        furniture: the room.
+        timing: when things happen.
+        motion: where everything is in each frame.
+        frames: F.
+        fps: frames per second.
+    """
+
+    seed: int
+    container: DemoContainer
+    scenario: int
+    background: int
+    illumination: int
+    filling_type: int
+    filling_level: Level
+    look: Look
+    light: Light
+    cameras: Mapping[str, Camera]
+    furniture: Furniture
+    timing: Timing
+    motion: Motion
+    frames: int
+    fps: int = FPS
+
+    @property
+    def duration_s(self) -> float:
+        """Length of video and sound in seconds."""
+        return self.frames / self.fps
+
+    def camera(self, view: str, size: tuple[int, int]) -> Camera:
+        """A view's camera for images of ``size`` (width, height).
+
+        Raises:
+            NotFoundError: there is no such view.
+        """
+        if view not in self.cameras:
+            raise NotFoundError(f"view must be one of {', '.join(self.cameras)}, got {view!r}")
+        return self.cameras[view].scaled(size)
+
+
+def make_scene(
+    seed: int,
+    *,
+    container: int,
+    scenario: int | None = None,
+    background: int | None = None,
+    illumination: int | None = None,
+    filling: tuple[int, Level] | None = None,
+    look: int | None = None,
+) -> Scene:
+    """A scene of the demo; what is not given is drawn, and the same arguments give the same scene.
+
+    Args:
+        seed: a whole number, not negative.
+        container: number of the container, 1 to 15.
+        scenario: 0 to 2.
+        background: 0 or 1.
+        illumination: 0 or 1.
+        filling: type (0 to 3) and level (0 to 2); boxes hold no water.
+        look: 0 to 11.
+
+    Raises:
+        ArgumentError: a number is out of its range, or the filling cannot be.
+        NotFoundError: there is no such container.
+    """
+    rng = np.random.default_rng([_DEMO_STREAM, _checked(seed, "seed", 2**63)])
+    chosen = demo_container(container)
+    feasible = ROUND_FILLINGS if chosen.is_round else BOX_FILLINGS
+    drawn = [int(rng.integers(high)) for high in (3, 2, 2, len(feasible), len(DEMO_LOOKS))]
+    if filling is not None and filling not in feasible:
+        raise ArgumentError(f"filling must be one of {feasible} for the {chosen.name}, got {filling}")
+    illumination = drawn[2] if illumination is None else _checked(illumination, "illumination", 2)
+    return _scene(
+        seed,
+        rng,
+        container=chosen,
+        scenario=drawn[0] if scenario is None else _checked(scenario, "scenario", 3),
+        background=drawn[1] if background is None else _checked(background, "background", 2),
+        illumination=illumination,
+        filling=feasible[drawn[3]] if filling is None else filling,
+        look=DEMO_LOOKS[drawn[4] if look is None else _checked(look, "look", len(DEMO_LOOKS))],
+        light=DEMO_LIGHTS[illumination],
+        camera_spread=1.0,
+    )
+
+
+def training_scene(seed: int, *, containers: Sequence[int] = CONTAINER_IDS) -> Scene:
+    """A scene for training: everything at random, with looks, lights and cameras that the demo does not have.
+
+    Args:
+        seed: a whole number, not negative; no seed gives one of the demo's scenes.
+        containers: numbers of the containers that may come.
+    """
+    rng = np.random.default_rng([_TRAINING_STREAM, _checked(seed, "seed", 2**63)])
+    chosen = demo_container(int(rng.choice(np.asarray(containers))))
+    feasible = ROUND_FILLINGS if chosen.is_round else BOX_FILLINGS
+    return _scene(
+        seed,
+        rng,
+        container=chosen,
+        scenario=int(rng.integers(3)),
+        background=int(rng.integers(2)),
+        illumination=int(rng.integers(2)),
+        filling=feasible[int(rng.integers(len(feasible)))],
+        look=random_look(rng),
+        light=random_light(rng),
+        camera_spread=1.6,
+    )
+
+
+def sound_events(scene: Scene) -> SoundEvents:
+    """What can be heard of a scene."""
+    container, timing = scene.container, scene.timing
+    material: Material = "plastic"
+    if container.kind == "box":
+        material = "cardboard"
+    elif container.mass_g > 50:
+        material = "glass"
+    inner_mm = container.width_top_mm if container.inner is None else 2 * float(container.inner.radii_mm[-1])
+    contacts = [time for time in (timing.grasp_s, timing.lift_s) if 0 < time <= scene.duration_s]
+    return SoundEvents(
+        container_kind=container.kind,
+        material=material,
+        capacity_ml=container.capacity_ml,
+        height_mm=container.height_mm,
+        opening_mm=inner_mm,
+        filling=FILLING_NAMES[scene.filling_type],
+        level=scene.filling_level,
+        duration_s=scene.duration_s,
+        action=timing.action,
+        start_s=timing.action_start_s,
+        end_s=min(timing.action_end_s, scene.duration_s),
+        source_path_m=scene.motion.base_m,
+        contacts_s=tuple(contacts),
+        times_s=np.arange(scene.frames) / scene.fps,
+    )
+
+
+def _scene(
+    seed: int,
+    rng: np.random.Generator,
+    *,
+    container: DemoContainer,
+    scenario: int,
+    background: int,
+    illumination: int,
+    filling: tuple[int, Level],
+    look: Look,
+    light: Light,
+    camera_spread: float,
+) -> Scene:
+    filling_type, filling_level = filling
+    cameras = draw_cameras(rng, spread=camera_spread)
+    table_z_m = float(rng.uniform(-0.03, 0.0))
+    timing = draw_timing(container, scenario=scenario, filling_type=filling_type, filling_level=filling_level, rng=rng)
+    frames = round(timing.end_s * FPS)
+    motion = draw_motion(
+        container,
+        timing,
+        scenario=scenario,
+        filling_level=filling_level,
+        table_z_m=table_z_m,
+        times_s=np.arange(frames) / FPS,
+        rng=rng,
+    )
+    return Scene(
+        seed=seed,
+        container=container,
+        scenario=scenario,
+        background=background,
+        illumination=illumination,
+        filling_type=filling_type,
+        filling_level=filling_level,
+        look=look,
+        light=light,
+        cameras=cameras,
+        furniture=Furniture.at_random(rng, background=background, table_z_m=table_z_m, centre_x_m=CENTRE_X_M),
+        timing=timing,
+        motion=motion,
+        frames=frames,
+    )
+
+
+def _checked(value: int, name: str, below: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value < below:
+        raise ArgumentError(f"{name} must be a whole number from 0 to {below - 1}, got {value!r}")
+    return int(value)
+
+
+__all__ = ["VIEWS", "Scene", "make_scene", "sound_events", "training_scene"]

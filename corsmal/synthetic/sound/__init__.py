@@ -1,0 +1,1 @@
+"""The sound of a synthetic recording: eight microphones in a room."""

@@ -1,0 +1,1 @@
+"""Writing synthetic recordings as a dataset on disk."""

@@ -1,0 +1,90 @@
+"""Two runs side by side: is the change an improvement or luck, and for which recordings."""
+
+import streamlit as st
+
+from corsmal.dataset import Dataset
+from corsmal.evaluation.tables import AVERAGE
+from corsmal.figures.evaluation import comparison_figure
+from corsmal.runs.run import Run
+from corsmal.ui.evaluation import cached as evaluation
+from corsmal.ui.evaluation.cached import METRIC_NAMES
+from corsmal.ui.evaluation.downloads import downloads
+from corsmal.ui.evaluation.links import clicked_row
+from corsmal.ui.linked_plot import linked_plot, plot_event
+
+METRIC = "comparison_metric"
+THRESHOLD_PERCENT = 20.0
+
+
+def comparison_section(run: Run, dataset: Dataset) -> None:
+    """The chosen run against an earlier one."""
+    others = {other.name: other for other in evaluation.runs(dataset) if other.name != run.name and other.rows}
+    if not others:
+        st.info(
+            "There is one run on this dataset. Make a second one with other parameters or weights (*New run*, above), "
+            "then compare them here.",
+            icon=":material/compare_arrows:",
+        )
+        return
+    name = st.selectbox(
+        f"Is {run.name} better than", list(others), key="comparison_other", format_func=lambda each: f"{each} ?"
+    )
+    first = others[str(name)]
+    table = evaluation.comparison(first, run, dataset)
+    metrics = list(dict.fromkeys(table["metric"]))
+    click = plot_event("comparison").click
+    if click is not None:
+        by_name = {METRIC_NAMES[metric]: metric for metric in metrics}
+        st.session_state[METRIC] = by_name.get(str(click.customdata), metrics[0])
+    wanted = st.session_state.get(METRIC, "capacity_mape")
+    metric = wanted if wanted in metrics else metrics[0]
+    averages = table[table["container"] == AVERAGE].assign(metric_name=lambda rows: rows["metric"].map(METRIC_NAMES))
+    left, right = st.columns(2)
+    with left:
+        st.markdown("**Averages over the containers.** Click one to see its containers.")
+        linked_plot(
+            comparison_figure(averages, label="metric_name"),
+            key="comparison",
+            label="Differences of the averages with 95 % intervals",
+            height_px=420,
+            revision=f"{first.name} {run.name}",
+        )
+    with right:
+        st.markdown(f"**{METRIC_NAMES[metric]}** by container")
+        linked_plot(
+            comparison_figure(table[table["metric"] == metric], label="container"),
+            key="comparison_containers",
+            label="Differences by container with 95 % intervals",
+            height_px=420,
+            revision=f"{first.name} {run.name} {metric}",
+        )
+    st.caption(
+        "Second run: this one. Lines are 95 % bootstrap intervals of the paired difference over recordings; a point "
+        "without a line has one recording and no interval. MAPE: left of zero is better; MPF1 (level, type): right of "
+        "zero is better."
+    )
+    downloads(table, name=f"{first.name}_{run.name}")
+    _changed(first, run, dataset)
+
+
+def _changed(first: Run, run: Run, dataset: Dataset) -> None:
+    threshold = st.slider(
+        "A quantity is right when its error is at most (%)",
+        1.0,
+        100.0,
+        THRESHOLD_PERCENT,
+        1.0,
+        format="%d",
+        key="sides_threshold",
+    )
+    changed = evaluation.sides(first, run, dataset, threshold_percent=threshold)
+    counts = changed["change"].value_counts()
+    st.subheader(f"Changed sides: {counts.get('better', 0)} numbers became right, {counts.get('worse', 0)} wrong")
+    if changed.empty:
+        st.caption("No recording is right in one run and wrong in the other.")
+        return
+    order = changed.sort_values(["change", "metric"], ascending=[False, True], kind="stable")
+    shown = order.drop(columns="container_id").assign(metric=order["metric"].map(METRIC_NAMES))
+    shown = shown.rename(columns={"first": first.name, "second": run.name})
+    st.caption("Click a row to open the recording on the page of its stage, with this run's parameters.")
+    clicked_row(shown, run=run, metric=list(order["metric"]), key=f"changed {first.name} {run.name} {threshold}")

@@ -1,0 +1,68 @@
+"""What every section of the Evaluation page may end with: notes, tables as files, the estimates themselves."""
+
+from functools import partial
+
+import pandas as pd
+import streamlit as st
+
+from corsmal.evaluation import TABLE_FORMATS, export_table, submission_table
+from corsmal.evaluation.exporting import TableFormat
+from corsmal.runs.run import Run
+from corsmal.ui.evaluation import cached as evaluation
+
+ENDINGS = {"csv": "csv", "latex": "tex", "html": "html"}
+
+
+def submission(run: Run) -> None:
+    """Buttons for the estimates themselves and for the challenge's file."""
+    estimates = evaluation.estimates(run)
+    left, right = st.columns(2)
+    left.download_button(
+        "Estimates as CSV",
+        partial(_csv, estimates),
+        f"{run.name}_estimates.csv",
+        icon=":material/table:",
+        on_click="ignore",
+        width="stretch",
+    )
+    right.download_button(
+        "The challenge's submission file",
+        lambda: _csv(submission_table(estimates)),
+        f"{run.name}_submission.csv",
+        icon=":material/upload_file:",
+        on_click="ignore",
+        width="stretch",
+    )
+
+
+def notes(sentences: tuple[str, ...]) -> None:
+    """What was missing or left out."""
+    if sentences:
+        with st.expander(
+            f"{len(sentences)} note{'' if len(sentences) == 1 else 's'} on what is missing", icon=":material/info:"
+        ):
+            for sentence in sentences:
+                st.text(sentence)
+
+
+def downloads(table: pd.DataFrame, *, name: str) -> None:
+    """Buttons for a table in every format."""
+    columns = st.columns(len(TABLE_FORMATS))
+    for column, table_format in zip(columns, TABLE_FORMATS, strict=True):
+        column.download_button(
+            table_format.upper() if table_format != "latex" else "LaTeX",
+            partial(_exported, table, table_format),
+            f"{name}.{ENDINGS[table_format]}",
+            key=f"download {name} {table_format}",
+            icon=":material/download:",
+            on_click="ignore",
+            width="stretch",
+        )
+
+
+def _csv(table: pd.DataFrame) -> bytes:
+    return table.to_csv(index=False).encode()
+
+
+def _exported(table: pd.DataFrame, table_format: TableFormat) -> bytes:
+    return export_table(table, table_format=table_format).encode()

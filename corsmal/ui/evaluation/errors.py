@@ -1,0 +1,105 @@
+"""How errors spread over containers, and who is taken for whom."""
+
+import pandas as pd
+import streamlit as st
+
+from corsmal.dataset import Dataset
+from corsmal.evaluation import METRICS, confusion_tables, metric_of, paper_table_2, recordings_confused
+from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE
+from corsmal.figures.evaluation import spread_figure
+from corsmal.figures.heatmaps import confusion_figure
+from corsmal.runs.run import Run
+from corsmal.ui.evaluation import cached as evaluation
+from corsmal.ui.evaluation.cached import METRIC_NAMES
+from corsmal.ui.evaluation.links import Focus, focus, focus_container, open_recording, recordings_list
+from corsmal.ui.linked_plot import linked_plot, plot_event
+
+SPREAD, CONFUSION = "errors", "confusion"
+QUANTITY_METRICS = {"filling_level": "filling_level_mpf1", "filling_type": "filling_type_mpf1"}
+
+
+def spread_section(run: Run, dataset: Dataset) -> None:
+    """One metric by container, the worst first, with the error of every recording."""
+    errors = evaluation.errors(run, dataset)
+    known = [metric for metric in METRICS if pd.notna(metric_of(errors, metric))]
+    if not known:
+        st.info("No estimate of this run can be held against the annotation.", icon=":material/info:")
+        return
+    metric = st.segmented_control(
+        "Metric",
+        known,
+        default="capacity_mape" if "capacity_mape" in known else known[0],
+        required=True,
+        format_func=METRIC_NAMES.__getitem__,
+        key="spread_metric",
+    )
+    is_class = METRICS[metric] in CLASS_NAMES
+    event = plot_event("spread")
+    if event.click is not None and isinstance(event.click.customdata, str):
+        if event.click.customdata in errors.index:
+            open_recording(run, event.click.customdata, metric=metric)
+        focus_container(errors, section=SPREAD, metric=metric, container=event.click.customdata)
+    bars = _bars(evaluation.containers(run, dataset), metric)
+    points = None if is_class else errors[["container", "failed"]].assign(error=errors[METRICS[metric]])
+    linked_plot(
+        spread_figure(bars, points, metric=f"{METRIC_NAMES[metric]}, {'MPF1' if is_class else 'MAPE'}", unit="%"),
+        key="spread",
+        label=f"{METRIC_NAMES[metric]} by container",
+        height_px=110 + 34 * len(bars),
+        revision=f"{run.name} {metric}",
+    )
+    st.caption(
+        "The worst container first. Click a bar to list its recordings"
+        + ("." if is_class else ", a point to open that recording on the page of its stage. Right of zero: too large.")
+    )
+    recordings_list(run, dataset, section=SPREAD, errors=errors)
+
+
+def confusion_section(run: Run, dataset: Dataset) -> None:
+    """Fig. 3: who is taken for whom, by cup, glass and box."""
+    errors = evaluation.errors(run, dataset)
+    quantity = st.segmented_control(
+        "Classes",
+        list(CLASS_NAMES),
+        default="filling_type",
+        required=True,
+        format_func={"filling_type": "Filling type", "filling_level": "Filling level"}.__getitem__,
+        key="confusion_quantity",
+    )
+    tables = {kind: table for kind, table in confusion_tables(errors, quantity).items() if table.to_numpy().any()}
+    if not tables:
+        st.info(
+            "This run does not tell the filling, or the annotation does not: there is nothing to confuse.",
+            icon=":material/graphic_eq:",
+        )
+        return
+    event = plot_event("confusion")
+    click = event.click
+    if click is not None and click.curve < len(tables):
+        kind = list(tables)[click.curve]
+        columns, rows = list(tables[kind].columns), list(tables[kind].index)
+        if click.x in columns and click.y in rows:
+            predicted = NO_ESTIMATE if click.x == columns[-1] else columns.index(click.x)
+            behind = recordings_confused(
+                errors, quantity, kind=kind, true_class=rows.index(click.y), predicted_class=predicted
+            )
+            title = f"{kind}, {click.y} taken for {click.x}"
+            focus(Focus(CONFUSION, title, QUANTITY_METRICS[quantity], tuple(behind.index)))
+    linked_plot(
+        confusion_figure(tables),
+        key="confusion",
+        label=f"Confusion of {quantity.replace('_', ' ')} by kind of container",
+        height_px=400,
+        revision=f"{run.name} {quantity}",
+    )
+    st.caption("Counts of recordings; colours are shares of the true class. Click a cell to list its recordings.")
+    recordings_list(run, dataset, section=CONFUSION, errors=errors)
+
+
+def _bars(table: pd.DataFrame, metric: str) -> pd.DataFrame:
+    """The containers of Table 2 from the worst to the best in one metric, beside the paper's."""
+    rows = table[table["container_id"].notna()]
+    paper = paper_table_2().set_index("container_id")[metric].reindex(rows["container_id"])
+    bars = pd.DataFrame({"container": rows["container"], "value": rows[metric], "recordings": rows["recordings"]})
+    bars["paper"] = paper.to_numpy(dtype="float64")
+    return bars.sort_values("value", ascending=metric.endswith("_mpf1"), na_position="last", kind="stable")

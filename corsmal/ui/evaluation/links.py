@@ -1,0 +1,159 @@
+"""From a number to the recordings behind it, and from a recording to the page of the stage that it came from."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+import streamlit as st
+
+from corsmal.dataset import Dataset
+from corsmal.evaluation import METRICS, recordings_behind
+from corsmal.evaluation.metrics import CLASS_NAMES
+from corsmal.parameters import PAIRS
+from corsmal.runs.run import Run
+from corsmal.ui import session
+from corsmal.ui.components import plain
+from corsmal.ui.evaluation import cached as evaluation
+from corsmal.ui.evaluation.cached import METRIC_NAMES, STAGE_PAGES
+
+FOCUS = "evaluation_focus"
+STAGES = {"frames": "Frames", "shape": "Shape", "filling": "Filling", "mass": "Mass"}
+QUANTITIES = {
+    "capacity_mape": ("capacity_ml", "mL"),
+    "width_top_mape": ("width_top_mm", "mm"),
+    "width_bottom_mape": ("width_bottom_mm", "mm"),
+    "height_mape": ("height_mm", "mm"),
+    "mass_mape": ("container_mass_g", "g"),
+}
+"""The column of estimates and annotation behind a metric, and its unit."""
+
+COLUMNS = {
+    "error": st.column_config.NumberColumn(format="%+.1f %%"),
+    "estimated": st.column_config.NumberColumn(format="%.1f"),
+    "annotated": st.column_config.NumberColumn(format="%.1f"),
+    "notes": st.column_config.TextColumn(width="large"),
+}
+CLASSES = {"filling_level_mpf1": "filling_level", "filling_type_mpf1": "filling_type"}
+
+
+@dataclass(frozen=True)
+class Focus:
+    """The number that was clicked, and what it is made from.
+
+    Args:
+        section: where it was clicked.
+        title: what it is, for people.
+        metric: a key of ``METRIC_NAMES``, or ``failures``.
+        recordings: ids, in the order in which they are listed.
+    """
+
+    section: str
+    title: str
+    metric: str
+    recordings: tuple[str, ...]
+
+
+def focus_container(errors: pd.DataFrame, *, section: str, metric: str, container: str | None) -> None:
+    """Look at the recordings behind a metric of one container, or of all."""
+    rows = errors if container is None else errors[errors["container"] == container]
+    behind = recordings_behind(rows, metric)
+    what = "Failures" if metric == "failures" else METRIC_NAMES[metric]
+    title = f"{what}, {container or 'all containers'}"
+    focus(Focus(section, title, metric, tuple(behind.index)))
+
+
+def focus(value: Focus) -> None:
+    """Look at the recordings behind a number."""
+    st.session_state[FOCUS] = value
+
+
+def recordings_list(run: Run, dataset: Dataset, *, section: str, errors: pd.DataFrame) -> None:
+    """The recordings behind the number that was clicked in a section; a click on one opens it."""
+    found: Focus | None = st.session_state.get(FOCUS)
+    if found is None or found.section != section:
+        return
+    ids = [name for name in found.recordings if name in errors.index]
+    page = STAGE_PAGES[found.metric]
+    st.subheader(f"{plain(found.title)}: {len(ids)} recording{'' if len(ids) == 1 else 's'}")
+    if not ids:
+        st.caption("There is none.")
+        return
+    where = "the page where it failed" if found.metric == "failures" else f"the *{STAGES[page]}* page"
+    st.caption(f"The worst first. Click a row to open the recording on {where}, with this run's parameters.")
+    shown = behind_table(run, dataset, errors.loc[ids], metric=found.metric)
+    clicked_row(shown, run=run, metric=found.metric, key=f"behind {section} {found.title}")
+
+
+def clicked_row(table: pd.DataFrame, *, run: Run, metric: str | list[str], key: str, height: int | None = None) -> None:
+    """A table of recordings whose rows open them.
+
+    Args:
+        table: indexed by recording id, or with a column ``recording_id``. A column with the name of a metric opens its
+            own stage.
+        run: whose numbers they are.
+        metric: what the other columns are about, or a metric for each row.
+        key: names the table.
+        height: px; default: as high as the table, up to about ten rows.
+    """
+    ids = list(table.get("recording_id", table.index))
+    event: Any = st.dataframe(
+        table,
+        key=key,
+        on_select="rerun",
+        selection_mode=["single-row", "single-cell"],
+        height=height or min(400, 38 + 35 * max(1, len(table))),
+        column_config=COLUMNS,
+        placeholder="–",
+        hide_index="recording_id" in table,
+    )
+    cells = [*event.selection.cells, *((row, "") for row in event.selection.rows)]
+    if cells and cells[0][0] < len(ids):
+        row, column = cells[0]
+        own = {name: each for each, name in METRIC_NAMES.items()}.get(column)
+        open_recording(run, ids[row], metric=own or (metric if isinstance(metric, str) else metric[row]))
+
+
+def behind_table(run: Run, dataset: Dataset, errors: pd.DataFrame, *, metric: str) -> pd.DataFrame:
+    """What a metric is made from, recording by recording."""
+    estimates = evaluation.estimates(run).set_index("recording_id").loc[errors.index]
+    truth = dataset.table.loc[errors.index]
+    columns: dict[str, Any] = {"container": errors["container"]}
+    if metric in CLASSES:
+        name = CLASSES[metric]
+        names = dict(enumerate(CLASS_NAMES[name]))
+        columns["heard"] = estimates[name].map(names).astype("object").fillna("no estimate")
+        columns["truth"] = truth[name].map(names)
+        columns["right"] = errors[f"{name}_correct"]
+    elif metric in QUANTITIES:
+        name, unit = QUANTITIES[metric]
+        columns |= {"estimated": estimates[name], "annotated": truth[name], "unit": unit}
+        columns["error"] = errors[METRICS[metric]]
+    else:
+        columns["status"] = errors["status"]
+    columns["filling"] = truth["level"].fillna("") + " " + truth["filling"].fillna("")
+    if metric not in CLASSES:
+        columns["status"] = errors["status"]
+        columns |= {"frame": errors["best_frame"], "pair": errors["pair"]}
+    return pd.DataFrame(columns | {"notes": errors["notes"]}, index=errors.index.rename("recording"))
+
+
+def open_recording(run: Run, recording: str, *, metric: str) -> None:
+    """Go to the page of the stage that a number comes from, with the run's parameters, frame and pair."""
+    row = next((row for row in run.rows if row["recording_id"] == recording), {})
+    pair = tuple(str(row.get("pair") or "").split(" + "))
+    session.choose(
+        recording=recording,
+        shape=run.shape,
+        frame=row.get("best_frame"),
+        pair=pair if pair in PAIRS else None,
+        crop_s=None,
+    )
+    page = STAGE_PAGES[metric] if metric != "failures" else _failed_stage(row)
+    st.switch_page(f"pages/{page}.py")
+
+
+def _failed_stage(row: dict[str, Any] | Any) -> str:
+    """Where a failed recording is to be looked at: where its first missing number should have come from."""
+    if row.get("status") not in ("fitted", "fitted, second pair"):
+        return "frames"
+    return "filling" if row.get("filling_type") is None else "mass"

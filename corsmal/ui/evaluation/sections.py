@@ -1,0 +1,62 @@
+"""The sections of the Evaluation page; only the one that is shown is computed."""
+
+import streamlit as st
+
+from corsmal.dataset import Dataset
+from corsmal.runs.run import Run
+from corsmal.ui.components import guarded
+from corsmal.ui.evaluation import cached as evaluation
+from corsmal.ui.evaluation.attribution import blame_section
+from corsmal.ui.evaluation.comparison import comparison_section
+from corsmal.ui.evaluation.downloads import notes
+from corsmal.ui.evaluation.errors import confusion_section, spread_section
+from corsmal.ui.evaluation.report import report_section
+from corsmal.ui.evaluation.sweep import sweep_section
+from corsmal.ui.evaluation.tables import container_section, leaderboard_section, rows_section
+
+SECTION = "evaluation_section"
+SECTIONS = {
+    "Containers": container_section,
+    "Errors": spread_section,
+    "Confusion": confusion_section,
+    "Leaderboard": leaderboard_section,
+    "Recordings": rows_section,
+    "Compare": comparison_section,
+    "Blame": blame_section,
+    "Sweep": sweep_section,
+    "Report": report_section,
+}
+
+
+def section_control() -> str:
+    """Choose what is shown."""
+    st.session_state["section_control"] = st.session_state.get(SECTION, "Containers")
+    st.segmented_control(
+        "Show",
+        list(SECTIONS),
+        key="section_control",
+        required=True,
+        label_visibility="collapsed",
+        on_change=lambda: st.session_state.update({SECTION: st.session_state["section_control"]}),
+    )
+    return str(st.session_state.get(SECTION, "Containers"))
+
+
+@st.fragment
+@guarded()
+def show_section(name: str, run: Run, dataset: Dataset) -> None:
+    """Draw one section."""
+    notes(evaluation.errors(run, dataset).attrs.get("notes", ()))
+    SECTIONS[name](run, dataset)
+
+
+def can_be_judged(dataset: Dataset) -> bool:
+    """Whether there is a truth to hold estimates against; if not, the page says what to do."""
+    if evaluation.is_annotated(dataset):
+        return True
+    st.info(
+        "There is no annotation with a truth here, so nothing can be evaluated: put `ccm_train_annotation.json` (or "
+        "`.csv`) into the dataset's folder. The estimates themselves are below, and can be submitted.",
+        icon=":material/rule:",
+    )
+    return False

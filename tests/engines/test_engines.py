@@ -1,0 +1,174 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from logging import CRITICAL
+from pathlib import Path
+
+import pytest
+from distributed import LocalCluster
+
+from corsmal.engines.dask_cluster import DaskCluster
+from corsmal.engines.engine import in_turn, run_batch
+from corsmal.engines.processes import Processes
+from corsmal.engines.tasks import DetectTask, EstimateTask
+from corsmal.errors import ArgumentError, CorsmalError
+from tests.engines.faulty import Faulty
+from tests.networks import write_networks
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def networks(tmp_path_factory):
+    return write_networks(tmp_path_factory.mktemp("networks"))
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """The address of a running cluster."""
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=CRITICAL
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.fixture(params=["in turn", "processes", "dask"])
+def engine(request):
+    if request.param == "dask":
+        return DaskCluster(request.getfixturevalue("cluster"))
+    return Processes(2) if request.param == "processes" else in_turn
+
+
+@pytest.fixture
+def broken(dataset, tmp_path):
+    """The recordings with one more, whose calibration is broken."""
+    path = tmp_path / "broken.pickle"
+    path.write_bytes(b"no calibration")
+    views = {name: replace(view, calibration_path=path) for name, view in dataset["000000"].views.items()}
+    return [replace(dataset["000000"], id="000009", views=views), *dataset]
+
+
+@pytest.mark.parametrize("engine", ["processes", "dask"], indirect=True)
+def test_every_engine_gives_the_same_rows(engine, broken, networks, tmp_path):
+    steps = []
+    expected = run_batch(EstimateTask(tmp_path / "one", **networks), broken)
+    rows = run_batch(
+        EstimateTask(tmp_path / "other", **networks),
+        broken,
+        engine=engine,
+        progress=lambda *step: steps.append(step),
+    )
+    assert rows == expected
+    assert [row["recording_id"] for row in rows] == ["000009", "000000", "000001", "000002"]
+    assert [row["status"] for row in rows] == ["failed", "fitted", "fitted", "failed"]
+    assert "broken.pickle" in rows[0]["notes"]
+    assert steps == [(done, 4) for done in range(5)]
+
+
+def test_what_happens_to_one_recording_is_one_row_with_the_reason(engine, dataset):
+    recordings = [replace(dataset["000000"], id=name) for name in ("fine", "clear", "unforeseen", "deadly")]
+    faults = {"clear": "clear", "unforeseen": "unforeseen"} | ({} if engine is in_turn else {"deadly": "kill"})
+    rows = {row["recording_id"]: row for row in run_batch(Faulty(faults), recordings, engine=engine)}
+    assert {name for name, row in rows.items() if row["status"] == "failed"} == set(faults)
+    assert rows["clear"]["notes"] == "the recording is broken"
+    assert "stopped unexpectedly: ZeroDivisionError" in rows["unforeseen"]["notes"]
+    assert engine is in_turn or "ended" in rows["deadly"]["notes"]
+
+
+def test_a_recording_whose_process_was_killed_once_is_begun_again(dataset, tmp_path):
+    task = Faulty(raises={"000001": "kill"}, once=tmp_path / "killed")
+    rows = run_batch(task, list(dataset), engine=Processes(1))
+    assert [row["status"] for row in rows] == ["done"] * 3
+
+
+def test_no_recordings_are_no_rows(engine):
+    assert run_batch(Faulty(), [], engine=engine) == []
+
+
+def test_processes_end_when_the_work_is_given_up(dataset, tmp_path):
+    outcomes = Processes(2)(Faulty(raises={"000001": "sleep"}, pids=tmp_path), list(dataset))
+    next(outcomes)
+    wait_for(lambda: len(list(tmp_path.iterdir())) == 2)
+    outcomes.close()
+    assert not any(is_alive(int(path.name)) for path in tmp_path.iterdir())
+
+
+def test_processes_end_when_the_one_that_asked_is_killed(tiny_dataset_root, tmp_path):
+    program = (
+        "import sys; from pathlib import Path; from tests.engines.faulty import Faulty\n"
+        "from corsmal.engines import Processes, run_batch; from corsmal.dataset import open_dataset\n"
+        "if __name__ == '__main__':\n"
+        "    task = Faulty(raises=dict.fromkeys(['000000', '000001'], 'nap'), pids=Path(sys.argv[2]))\n"
+        "    run_batch(task, list(open_dataset(sys.argv[1])), engine=Processes(2))\n"
+    )
+    script = tmp_path / "program.py"
+    script.write_text(program, encoding="utf-8")
+    pids = tmp_path / "pids"
+    pids.mkdir()
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen([sys.executable, script, tiny_dataset_root, pids], env=environment) as process:
+        wait_for(lambda: len(list(pids.iterdir())) == 2)
+        process.kill()
+    wait_for(lambda: not any(is_alive(int(path.name)) for path in pids.iterdir()))
+
+
+def test_the_keyboard_stops_a_command_and_the_same_command_goes_on(tiny_dataset_root, tmp_path):
+    command = [sys.executable, "-m", "corsmal", "estimate", tiny_dataset_root, "--workers", "2", "--out"]
+    environment = os.environ | {"CORSMAL_CACHE": str(tmp_path / "cache")}
+    table = tmp_path / "estimates.csv"
+    with subprocess.Popen([*command, table], env=environment, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+        wait_for(lambda: any((tmp_path / "cache").glob("estimates/*/*.json")))
+        process.send_signal(signal.SIGINT)
+        said = process.stderr.read()
+    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").glob("estimates/*/*.json")}
+    if process.returncode:  # it may have been quicker
+        assert process.returncode == 130
+        assert "the same command goes on" in said
+        assert "Traceback" not in said
+    command[-2] = "1"
+    subprocess.run([*command, table], env=environment, cwd=ROOT, check=True, capture_output=True)
+    assert table.is_file()
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+
+
+def test_without_an_address_a_cluster_is_started_and_ended(dataset):
+    rows = run_batch(Faulty(), [dataset["000000"]], engine=DaskCluster(workers=1))
+    assert [row["status"] for row in rows] == ["done"]
+
+
+def test_a_scheduler_that_does_not_answer_is_one_sentence(dataset, monkeypatch):
+    monkeypatch.setattr("corsmal.engines.dask_cluster.TIMEOUT_S", 1)
+    with pytest.raises(CorsmalError, match=r"scheduler tcp://127\.0\.0\.1:1 does not answer"):
+        run_batch(Faulty(), list(dataset), engine=DaskCluster("tcp://127.0.0.1:1"))
+
+
+def test_networks_that_differ_from_those_that_are_meant_are_refused(dataset, networks, tmp_path):
+    rows = run_batch(EstimateTask(tmp_path, **networks, key="another"), [dataset["000000"]])
+    assert "differ from those where the run was started" in rows[0]["notes"]
+    task = DetectTask(tmp_path, method="small", weights=ROOT / "corsmal/demo/weights/detector.safetensors")
+    assert replace(task, digest=task.detector("cpu").digest).detector("cpu").digest
+    with pytest.raises(CorsmalError, match="the detector's weights"):
+        replace(task, digest="another").detector("cpu")
+
+
+def test_a_number_of_processes_that_cannot_be_is_refused():
+    with pytest.raises(ArgumentError, match="count must be at least 1, got 0"):
+        Processes(0)
+
+
+def wait_for(condition, *, seconds=120):
+    end_s = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end_s, "it did not happen"
+        time.sleep(0.05)
+
+
+def is_alive(pid):
+    """Whether a process runs; one that has ended and was not asked about yet does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False

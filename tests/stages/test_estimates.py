@@ -1,0 +1,87 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from corsmal.estimation import estimate, training_means
+from corsmal.parameters import ShapeParameters
+from corsmal.stages import estimates as estimating
+from corsmal.stages.estimates import Predictors, load_estimate
+from tests.fakes import FakeFilling, FakeMass
+
+
+@pytest.fixture
+def all_stages(dataset):
+    return Predictors(means=training_means(dataset.table), filling=FakeFilling(2, 1), mass=FakeMass(20.0))
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """The ids of the recordings that were estimated, not read."""
+    ids = []
+
+    def counting(recording, **options):
+        ids.append(recording.id)
+        return estimate(recording, **options)
+
+    monkeypatch.setattr(estimating, "estimate", counting)
+    return ids
+
+
+def all_rows(dataset, predictors, store):
+    return [load_estimate(recording, predictors, store=store) for recording in dataset]
+
+
+def test_rows_are_the_estimates(dataset, store, all_stages):
+    rows = all_rows(dataset, all_stages, store)
+    assert [row["recording_id"] for row in rows] == [recording.id for recording in dataset]
+    alone = estimate(dataset["000000"], means=all_stages.means, filling=all_stages.filling, mass=all_stages.mass)
+    assert rows[0] == alone.row()
+
+
+def test_second_run_reads_and_gives_the_same(dataset, store, all_stages, counted):
+    first = all_rows(dataset, all_stages, store)
+    assert len(counted) == len(dataset)
+    assert all_rows(dataset, all_stages, store) == first
+    assert len(counted) == len(dataset)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"shape": ShapeParameters(circumferences=40)},
+        {"means": {}},
+        {"filling": None},
+        {"filling": FakeFilling(3, 2)},
+        {"mass": FakeMass(7.0)},
+    ],
+)
+def test_other_settings_are_estimated_anew(dataset, store, all_stages, counted, change):
+    for predictors in (all_stages, replace(all_stages, **change), all_stages):
+        load_estimate(dataset["000000"], predictors, store=store)
+    assert counted == ["000000"] * 2
+
+
+def test_broken_recording_is_one_failed_row_with_its_reason(dataset, store, all_stages, tmp_path):
+    broken = tmp_path / "broken.pickle"
+    broken.write_bytes(b"no calibration")
+    recording = dataset["000000"]
+    views = {name: replace(view, calibration_path=broken) for name, view in recording.views.items()}
+    sound = tmp_path / "broken.wav"
+    sound.write_bytes(b"RIFF")
+    predictors = replace(all_stages, means={})
+    rows = all_rows([replace(recording, views=views, audio_path=sound), dataset["000001"]], predictors, store)
+    assert [row["status"] for row in rows] == ["failed", "fitted"]
+    assert str(broken) in rows[0]["notes"]
+    assert str(sound) in rows[0]["notes"]
+
+
+def test_features_come_from_a_folder_where_one_is_named(dataset, store, all_stages, tmp_path):
+    np.save(tmp_path / "000000.npy", np.ones((5, 128), np.float32))
+    predictors = replace(all_stages, features=Path(tmp_path))
+    assert load_estimate(dataset["000000"], predictors, store=store)["filling_type"] == 2
+    assert predictors.filling.heard.shape == (1, 5, 128)
+    without = load_estimate(dataset["000001"], predictors, store=store)
+    assert without["filling_type"] is None
+    assert "000001.npy" in without["notes"]
