@@ -19,6 +19,9 @@ PAIRS = (("view3", "view1"), ("view3", "view2"))
 METHOD_VIEWS = tuple(dict.fromkeys(view for pair in PAIRS for view in pair))
 """The views that the method looks at, in the order of its pairs."""
 
+FRONTAL_VIEW = PAIRS[0][0]
+"""The robot's own view, from which the container's mass is predicted."""
+
 CentreRule = Literal["both thirds", "horizontal third", "none"]
 CENTRE_RULES: tuple[CentreRule, ...] = get_args(CentreRule)
 """The ladder: where the centre of a box must lie, from the paper's rule to none at all."""

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from corsmal.dataset import open_dataset
-from corsmal.estimation import QUANTITIES, container_mask, estimate, file_detections, fit_frame
+from corsmal.estimation import container_mask, estimate, file_detections, fit_frame
 from corsmal.parameters import PAIRS, HeightRange, SelectionParameters, ShapeParameters
+from corsmal.quantities import GEOMETRY
 from corsmal.shape import Hull, fit_hull
 from tests.shape.test_circumferences import slow_radii
 
-TRUTH = dict(zip(QUANTITIES, (520.0, 98.0, 61.0, 119.0), strict=True))
+TRUTH = dict(zip(GEOMETRY, (520.0, 98.0, 61.0, 119.0), strict=True))
 FIRST_FRAME_RANGE = HeightRange("centroid", -150.0, 150.0)
 
 

@@ -2,13 +2,11 @@
 
 from corsmal.estimation.detected import container_mask, file_detections, read_view_detections
 from corsmal.estimation.estimate import estimate, mass_inputs, training_means
-from corsmal.estimation.fit import QUANTITIES, Fit, fit_frame
-from corsmal.estimation.records import MEANS, Estimate, Status
+from corsmal.estimation.fit import Fit, fit_frame
+from corsmal.estimation.records import Estimate, Status
 from corsmal.estimation.several import Combined, Interval, combine_fits, fit_best_frames
 
 __all__ = [
-    "MEANS",
-    "QUANTITIES",
     "Combined",
     "Estimate",
     "Fit",

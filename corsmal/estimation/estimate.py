@@ -9,21 +9,18 @@ import pandas as pd
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.estimation.detected import container_mask, file_detections
-from corsmal.estimation.fit import QUANTITIES
-from corsmal.estimation.records import MEANS, Estimate
+from corsmal.estimation.records import Estimate
 from corsmal.estimation.several import all_scored, combine_fits, fit_best_frames
 from corsmal.filling.records import FillingPrediction
 from corsmal.mass.physics import mm_per_pixel
-from corsmal.parameters import PAIRS, SelectionParameters, ShapeParameters
+from corsmal.parameters import FRONTAL_VIEW, PAIRS, SelectionParameters, ShapeParameters
+from corsmal.quantities import DIMENSIONS, GEOMETRY, MEASURED
 from corsmal.selection import FrameDetections, select_best_frame
 
 if TYPE_CHECKING:
     from corsmal.filling.features import Features
     from corsmal.filling.prediction import FillingPredictor
     from corsmal.mass.prediction import MassPredictor
-
-MASS_VIEW = PAIRS[0][0]
-"""The robot's view, from which the container's mass is told."""
 
 
 def training_means(table: pd.DataFrame) -> dict[str, float]:
@@ -36,11 +33,11 @@ def training_means(table: pd.DataFrame) -> dict[str, float]:
     Returns:
         Quantity to mean; empty where the annotation lacks any of the first four.
     """
-    columns = table.reindex(columns=list(MEANS)).astype("Float64")
-    geometry = columns.dropna(subset=list(QUANTITIES))
+    columns = table.reindex(columns=list(MEASURED)).astype("Float64")
+    geometry = columns.dropna(subset=list(GEOMETRY))
     if not len(geometry):
         return {}
-    return {name: float(geometry[name].mean()) for name in MEANS if geometry[name].notna().any()}
+    return {name: float(geometry[name].mean()) for name in MEASURED if geometry[name].notna().any()}
 
 
 def estimate(
@@ -116,7 +113,7 @@ def _geometry(
             fit.dimensions.reason: f"{' + '.join(pair)}, frame {fit.frame}: {fit.dimensions.reason}" for fit in fits
         }
         notes += tuple(reasons.values())
-    values = {name: means.get(name) for name in MEANS}
+    values = {name: means.get(name) for name in MEASURED}
     return Estimate(
         recording.id, "training means" if means else "failed", **values, best_frame=None, fit=None, notes=notes
     )
@@ -142,17 +139,17 @@ def mass_inputs(
     """
     if found.fit is None or found.fit.frame is None or found.best_frame is None:
         return None
-    frame = detections[MASS_VIEW][found.fit.frame]
+    frame = detections[FRONTAL_VIEW][found.fit.frame]
     centroid_m = found.fit.hull.centroid_m
     try:
-        scale = None if centroid_m is None else mm_per_pixel(recording.views[MASS_VIEW].camera(), centroid_m)
+        scale = None if centroid_m is None else mm_per_pixel(recording.views[FRONTAL_VIEW].camera(), centroid_m)
     except (ArgumentError, FileError):
         scale = None
     return {
         "mask": container_mask(
             frame, centre_rule=found.best_frame.centre_rule, parameters=selection or SelectionParameters()
         ),
-        **{name: getattr(found.fit.dimensions, name) for name in QUANTITIES[1:]},
+        **{name: getattr(found.fit.dimensions, name) for name in DIMENSIONS},
         "mm_per_px": scale,
     }
 

@@ -19,8 +19,6 @@ from corsmal.shape import Dimensions, Hull, fit_hull, measure_hull
 
 T = TypeVar("T")
 
-QUANTITIES = ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm")
-
 
 @dataclass(frozen=True, eq=False)
 class Fit:

@@ -4,18 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from corsmal.estimation.fit import QUANTITIES, Fit
+from corsmal.estimation.fit import Fit
 from corsmal.estimation.several import Interval
 from corsmal.filling.records import FillingPrediction
 from corsmal.mass.physics import filling_mass_g
 from corsmal.mass.records import MassPrediction
 from corsmal.parameters import CentreRule
+from corsmal.quantities import MEASURED
 from corsmal.selection import BestFrame
 
 Status = Literal["fitted", "fitted, second pair", "training means", "failed"]
-
-MEANS = (*QUANTITIES, "container_mass_g")
-"""The quantities of which the training set's means stand in where nothing could be fitted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +66,7 @@ class Estimate:
     def filling_mass_g(self) -> float | None:
         """Level fraction × capacity × density of the estimated type, g; None where one of them is not known."""
         pair = None if self.filling is None else self.filling.pair
-        if pair is None or (self.capacity_ml is None and pair[1]):
-            return None
-        return filling_mass_g(*pair, capacity_ml=self.capacity_ml or 0.0)
+        return None if pair is None else filling_mass_g(*pair, capacity_ml=self.capacity_ml)
 
     @property
     def object_mass_g(self) -> float | None:
@@ -86,7 +82,7 @@ class Estimate:
         return {
             "recording_id": self.recording_id,
             "status": self.status,
-            **{name: getattr(self, name) for name in MEANS},
+            **{name: getattr(self, name) for name in MEASURED},
             "filling_type": filling.filling_type,
             "filling_level": filling.filling_level,
             "filling_mass_g": self.filling_mass_g,

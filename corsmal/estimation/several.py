@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
-from corsmal.estimation.fit import QUANTITIES, Fit, fit_frame
+from corsmal.estimation.fit import Fit, fit_frame
 from corsmal.parameters import SelectionParameters, ShapeParameters
+from corsmal.quantities import DIMENSIONS, GEOMETRY
 from corsmal.selection import BestFrame, FrameDetections, score_frames
 
 VOTERS = 5
@@ -108,10 +109,10 @@ def combine_fits(fits: Sequence[Fit], recording: Recording) -> Combined | None:
     boxes = [fit.hull.depth_mm is not None for fit in found]
     is_box = np.mean(boxes[:VOTERS]) > 0.5
     alike = [fit for fit, box in zip(found, boxes, strict=True) if box == is_box]
-    table = np.array([[getattr(fit.dimensions, name) for name in QUANTITIES] for fit in alike], dtype=np.float64)
+    table = np.array([[getattr(fit.dimensions, name) for name in GEOMETRY] for fit in alike], dtype=np.float64)
     weights = np.array([fit.hull.overlap or 1.0 for fit in alike]) ** TRUST_POWER
     low, middle, high = np.array([_quantiles(column, weights, (MIDDLE[0], 0.5, MIDDLE[1])) for column in table.T]).T
-    values = dict(zip(QUANTITIES, middle.tolist(), strict=True))
+    values = dict(zip(GEOMETRY, middle.tolist(), strict=True))
     if len(fits) == 1:
         return Combined(found[0], values, {})
     return Combined(alike[0], values, _intervals(values, (high - low) / 2, pixel_mm=_pixel_mm(alike[0], recording)))
@@ -126,12 +127,12 @@ def _quantiles(values: Floats, weights: Floats, shares: Sequence[float]) -> Floa
 
 def _intervals(values: Mapping[str, float], spreads: Floats, *, pixel_mm: float) -> dict[str, Interval]:
     """Half an interval holds the spread of the fits and what a pixel more or less of the masks does to a quantity."""
-    sizes = [values[name] for name in QUANTITIES[1:]]
+    sizes = [values[name] for name in DIMENSIONS]
     pixels = [values["capacity_ml"] * sum(pixel_mm / size for size in sizes), *[pixel_mm] * 3]
     halves = np.array([CAPACITY_SCALE, *[LENGTH_SCALE] * 3]) * np.hypot(spreads, pixels)
     return {
         name: (max(0.0, values[name] - half), values[name] + half)
-        for name, half in zip(QUANTITIES, halves.tolist(), strict=True)
+        for name, half in zip(GEOMETRY, halves.tolist(), strict=True)
     }
 
 

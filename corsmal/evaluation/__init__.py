@@ -96,7 +96,7 @@ __all__ = [
 ]
 
 _FILES = {
-    "blame": (
+    "attribution": (
         "KNOWN_STAGES",
         "blame_table",
         "with_true",
@@ -153,7 +153,7 @@ _FILES = {
         "submission_table",
         "write_submission",
     ),
-    "sweeping": ("sweep_table",),
+    "sweep": ("sweep_table",),
     "tables": (
         "METRICS",
         "confusion_tables",

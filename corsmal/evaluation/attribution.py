@@ -11,13 +11,14 @@ from corsmal.errors import ArgumentError
 from corsmal.evaluation.checking import truth_table
 from corsmal.evaluation.estimates import ID_COLUMN, check_estimates
 from corsmal.evaluation.tables import METRICS, container_table
+from corsmal.quantities import GEOMETRY
 
 KnownStage = Literal["dimensions", "filling", "container mass"]
 KNOWN_STAGES: tuple[KnownStage, ...] = get_args(KnownStage)
 """The stages whose results an annotation knows."""
 
 _COLUMNS: dict[KnownStage, tuple[str, ...]] = {
-    "dimensions": ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm"),
+    "dimensions": GEOMETRY,
     "filling": ("filling_type", "filling_level"),
     "container mass": ("container_mass_g",),
 }

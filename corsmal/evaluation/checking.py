@@ -12,20 +12,12 @@ from corsmal.dataset.annotation import CONTAINERS
 from corsmal.dataset.annotation_file import recording_id
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE
+from corsmal.quantities import MEASURED, QUANTITIES
 
-QUANTITIES = ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm", "container_mass_g")
-"""What is known of a container, in the order of the paper's Table 2."""
-
-_TRUTHS = (*QUANTITIES, *CLASS_NAMES, "filling_density_g_per_ml", "filling_mass_g")
+_TRUTHS = (*MEASURED, *CLASS_NAMES, "filling_density_g_per_ml", "filling_mass_g")
 _FILE_COLUMNS = {
     "container id": "container_id",
-    "container capacity": "capacity_ml",
-    "width at the top": "width_top_mm",
-    "width at the bottom": "width_bottom_mm",
-    "height": "height_mm",
-    "container mass": "container_mass_g",
-    "filling type": "filling_type",
-    "filling level": "filling_level",
+    **{quantity.submission_column.lower(): quantity.name for quantity in QUANTITIES},
     "filling density": "filling_density_g_per_ml",
     "filling mass": "filling_mass_g",
 }
@@ -80,7 +72,7 @@ def truth_table(annotation: pd.DataFrame) -> pd.DataFrame:
         table[name] = [text or default for text, default in zip(named, known, strict=True)]
     for name in _TRUTHS:
         found = _numbers(given[name]) if name in given else np.full(len(index), np.nan)
-        table[name] = np.where(_is_usable(found, name) & ((found > 0) | (name not in QUANTITIES)), found, np.nan)
+        table[name] = np.where(_is_usable(found, name) & ((found > 0) | (name not in MEASURED)), found, np.nan)
     return table
 
 

@@ -9,7 +9,6 @@ import pandas as pd
 
 from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation.checking import (
-    QUANTITIES,
     Checked,
     as_recording_id,
     listed,
@@ -18,6 +17,7 @@ from corsmal.evaluation.checking import (
 )
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.files import writing
+from corsmal.quantities import MEASURED
 
 ID_COLUMN = "recording_id"
 FAILED = ("training means", "failed")
@@ -31,7 +31,7 @@ _WHOLE = (*CLASS_NAMES, "best_frame")
 ESTIMATE_COLUMNS = (
     ID_COLUMN,
     "status",
-    *QUANTITIES,
+    *MEASURED,
     *CLASS_NAMES,
     *_MASSES,
     *_PROBABILITIES,
@@ -89,7 +89,7 @@ def check_estimates(estimates: pd.DataFrame, recordings: pd.Index) -> Checked:
         notes.append(f"estimates: there is no row for {listed(absent)}; not evaluated")
     if "status" not in given:
         notes.append("estimates: there is no column 'status'; a recording counts as failed where a number is missing")
-    scored = numbers_of(given, {name: name for name in (*QUANTITIES, *CLASS_NAMES)}, what="estimates")
+    scored = numbers_of(given, {name: name for name in (*MEASURED, *CLASS_NAMES)}, what="estimates")
     rest = [name for name in (*_MASSES, *_PROBABILITIES, "best_frame") if name in given]
     others = numbers_of(given, {name: name for name in rest}, what="estimates")
     texts = {name: _typed(given[name], name) if name in given else "" for name in _TEXTS}

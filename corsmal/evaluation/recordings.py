@@ -2,17 +2,12 @@
 
 import pandas as pd
 
-from corsmal.evaluation.checking import QUANTITIES, listed, truth_table
+from corsmal.evaluation.checking import listed, truth_table
 from corsmal.evaluation.estimates import FAILED, check_estimates
 from corsmal.evaluation.metrics import CLASS_NAMES, relative_errors
+from corsmal.quantities import MEASURED, QUANTITIES
 
-ERROR_COLUMNS = {
-    "capacity_ml": "capacity_error_percent",
-    "width_top_mm": "width_top_error_percent",
-    "width_bottom_mm": "width_bottom_error_percent",
-    "height_mm": "height_error_percent",
-    "container_mass_g": "container_mass_error_percent",
-}
+ERROR_COLUMNS = {quantity.name: quantity.error_column for quantity in QUANTITIES if not quantity.is_class}
 """The error table's column of each quantity."""
 
 
@@ -44,7 +39,7 @@ def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame) -> pd.DataFra
     table, truth = checked.table, known.loc[checked.table.index]
     notes = list(checked.notes)
     is_failed = table["status"].isin(FAILED)
-    for name in (*QUANTITIES, *CLASS_NAMES):
+    for name in (*MEASURED, *CLASS_NAMES):
         if table[name].notna().any():
             is_failed |= table[name].isna()
         else:

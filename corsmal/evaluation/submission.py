@@ -10,18 +10,11 @@ from corsmal.evaluation.checking import Checked, as_recording_id, listed, number
 from corsmal.evaluation.estimates import estimates_table
 from corsmal.evaluation.metrics import NO_ESTIMATE
 from corsmal.files import writing
+from corsmal.quantities import QUANTITIES
 
 ID_COLUMN = "Configuration ID"
 
-SCORED_COLUMNS = {
-    "Container capacity": "capacity_ml",
-    "Container mass": "container_mass_g",
-    "Filling type": "filling_type",
-    "Filling level": "filling_level",
-    "Width at the top": "width_top_mm",
-    "Width at the bottom": "width_bottom_mm",
-    "Height": "height_mm",
-}
+SCORED_COLUMNS = {quantity.submission_column: quantity.name for quantity in QUANTITIES}
 """The columns that are scored, and what an estimates table calls them."""
 
 _SOURCES = {

@@ -8,13 +8,9 @@ from corsmal.errors import ArgumentError
 from corsmal.evaluation.checking import truth_table
 from corsmal.evaluation.estimates import ID_COLUMN
 from corsmal.evaluation.metrics import relative_errors
+from corsmal.quantities import BY_NAME, GEOMETRY
 
-MEASURED = {
-    "capacity_ml": "capacity_mape",
-    "width_top_mm": "width_top_mape",
-    "width_bottom_mm": "width_bottom_mape",
-    "height_mm": "height_mape",
-}
+MEASURED = {name: BY_NAME[name].metric for name in GEOMETRY}
 """What the hull gives, and the metric of each."""
 
 

@@ -8,17 +8,9 @@ import pandas as pd
 from corsmal.dataset.annotation import Kind
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE, confusion, mpf1
-from corsmal.evaluation.recordings import ERROR_COLUMNS
+from corsmal.quantities import QUANTITIES
 
-METRICS = {
-    "filling_level_mpf1": "filling_level",
-    "filling_type_mpf1": "filling_type",
-    "capacity_mape": ERROR_COLUMNS["capacity_ml"],
-    "width_top_mape": ERROR_COLUMNS["width_top_mm"],
-    "width_bottom_mape": ERROR_COLUMNS["width_bottom_mm"],
-    "height_mape": ERROR_COLUMNS["height_mm"],
-    "mass_mape": ERROR_COLUMNS["container_mass_g"],
-}
+METRICS = {quantity.metric: quantity.error_column for quantity in QUANTITIES}
 """Table 2's metrics in order, all in %, and the error table's column behind each."""
 
 AVERAGE = "Average"

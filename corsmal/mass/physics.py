@@ -10,16 +10,17 @@ from corsmal.errors import ArgumentError
 from corsmal.geometry import Camera
 
 
-def filling_mass_g(filling_type: int, filling_level: int, capacity_ml: float) -> float:
+def filling_mass_g(filling_type: int, filling_level: int, capacity_ml: float | None) -> float | None:
     """Mass of a filling: level fraction × capacity × density.
 
     Args:
         filling_type: 0 none, 1 pasta, 2 rice, 3 water.
         filling_level: 0 empty, 1 half, 2 full.
-        capacity_ml: of the container, mL, not negative.
+        capacity_ml: of the container, mL, not negative; None where it is not known.
 
     Returns:
-        Grams; 0 for a type without a level or a level without a type.
+        Grams; 0 for a type without a level or a level without a type, whatever the capacity; None where the capacity is
+        needed and not known.
 
     Raises:
         ArgumentError: a number is out of its range.
@@ -34,6 +35,9 @@ def filling_mass_g(filling_type: int, filling_level: int, capacity_ml: float) ->
     ):
         if value not in range(len(values)):
             raise ArgumentError(f"{name} must be a whole number from 0 to {len(values) - 1}, got {value!r}")
+    share = LEVEL_FRACTIONS[filling_level] * DENSITIES_G_PER_ML[filling_type]
+    if capacity_ml is None:
+        return None if share else 0.0
     if not 0 <= capacity_ml < math.inf:
         raise ArgumentError(f"capacity_ml must be a finite number of mL, 0 or more, got {capacity_ml!r}")
     return LEVEL_FRACTIONS[filling_level] * float(capacity_ml) * DENSITIES_G_PER_ML[filling_type]

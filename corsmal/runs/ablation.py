@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 
 from corsmal.dataset import Dataset, Recording
-from corsmal.estimation import QUANTITIES, Estimate, estimate
+from corsmal.estimation import Estimate, estimate
 from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
+from corsmal.quantities import GEOMETRY
 from corsmal.runs.budget import Views, errors_pct, true_views
 from corsmal.synthetic.scene.containers import ANNOTATED_IDS
 
@@ -64,7 +65,7 @@ def ablation_errors(
         for masks, detections in views.items():
             for name, shape in presets.items():
                 found = estimate(recording, detections=detections, shape=shape)
-                errors = errors_pct(recording, [getattr(found, quantity) for quantity in QUANTITIES])
+                errors = errors_pct(recording, [getattr(found, quantity) for quantity in GEOMETRY])
                 kept: dict[str, Any] = {"recording": recording.id, "seen": seen, "preset": name, "masks": masks}
                 rows.append({**kept, **errors, **_inside(found, recording)})
         if progress is not None:
@@ -78,9 +79,9 @@ def ablation_table(errors: pd.DataFrame) -> pd.DataFrame:
     tables = {}
     for group in GROUPS:
         by_preset = groups[group].groupby(["masks", "preset"], sort=False)
-        table = by_preset[list(QUANTITIES)].mean()
+        table = by_preset[list(GEOMETRY)].mean()
         table["failed"] = by_preset["capacity_ml"].apply(lambda values: int(values.isna().sum()))
-        inside = by_preset[[f"{name} inside" for name in QUANTITIES]].mean()
+        inside = by_preset[[f"{name} inside" for name in GEOMETRY]].mean()
         tables[group] = pd.concat([table, 100 * inside], axis=1)
     return (
         pd.concat(tables, names=["containers"])
@@ -91,7 +92,7 @@ def ablation_table(errors: pd.DataFrame) -> pd.DataFrame:
 
 def _inside(found: Estimate, recording: Recording) -> dict[str, float]:
     inside = {}
-    for name in QUANTITIES:
+    for name in GEOMETRY:
         true, ends = getattr(recording.annotation, name, None), found.intervals.get(name)
         inside[f"{name} inside"] = np.nan if true is None or ends is None else float(ends[0] <= true <= ends[1])
     return inside

@@ -7,9 +7,10 @@ from typing import Any
 from corsmal.dataset import Dataset, Recording
 from corsmal.detection import ViewDetections
 from corsmal.errors import CorsmalError
-from corsmal.estimation import QUANTITIES, Estimate, estimate, mass_inputs
+from corsmal.estimation import Estimate, estimate, mass_inputs
 from corsmal.mass.physics import filling_mass_g
 from corsmal.parameters import PAIRS
+from corsmal.quantities import DIMENSIONS, GEOMETRY
 from corsmal.runs.run import Run
 from corsmal.selection import select_best_frame
 from corsmal.stages.detections import load_detections
@@ -126,12 +127,12 @@ def _only(view: ViewDetections, frame: int | None) -> ViewDetections:
 def _with_true_dimensions(recording: Recording, found: Views, predictors: Predictors) -> Estimate:
     """The estimate with what is annotated in place of what was measured, and the mass told from that."""
     measured = _estimated(recording, found, replace(predictors, mass=None))
-    annotated = {name: getattr(recording.annotation, name, None) for name in QUANTITIES}
+    annotated = {name: getattr(recording.annotation, name, None) for name in GEOMETRY}
     result = replace(measured, **{name: value for name, value in annotated.items() if value})
     inputs = None if predictors.mass is None else mass_inputs(measured, recording, found)
     if predictors.mass is None or inputs is None:
         return result
-    inputs |= {name: getattr(result, name) for name in QUANTITIES[1:]}
+    inputs |= {name: getattr(result, name) for name in DIMENSIONS}
     return replace(result, container_mass_g=predictors.mass.predict(**inputs).mass_g)
 
 
@@ -141,9 +142,9 @@ def _heard_as_before(result: Estimate, row: Mapping[str, Any]) -> Row:
     heard = {name: row.get(name) for name in (*names, *(f"level_p{index}" for index in range(3)))}
     new = result.row() | heard
     kind, level = new["filling_type"], new["filling_level"]
-    if kind is None or level is None or (level and result.capacity_ml is None):
+    if kind is None or level is None:
         return new
-    new["filling_mass_g"] = filling_mass_g(kind, level, capacity_ml=result.capacity_ml or 0.0)
-    if result.container_mass_g is not None:
+    new["filling_mass_g"] = filling_mass_g(kind, level, capacity_ml=result.capacity_ml)
+    if result.container_mass_g is not None and new["filling_mass_g"] is not None:
         new["object_mass_g"] = result.container_mass_g + new["filling_mass_g"]
     return new

@@ -9,8 +9,9 @@ import pandas as pd
 from corsmal.dataset import Dataset, Recording
 from corsmal.dataset.truth import open_demo_truth
 from corsmal.detection import Detector, ViewDetections, detect_view
-from corsmal.estimation import QUANTITIES, estimate, fit_frame
+from corsmal.estimation import estimate, fit_frame
 from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
+from corsmal.quantities import GEOMETRY
 from corsmal.selection import select_best_frame
 
 WAYS = ("true masks", "detected masks", "detected masks, true best frame")
@@ -52,7 +53,7 @@ def geometry_budget(
         there = _only(frames, found) if detector is None else _detected(recording, frames, detector)
         for way, views in zip(WAYS, (true, found, there), strict=True):
             result = estimate(recording, detections=views, shape=shape)
-            errors = errors_pct(recording, [getattr(result, name) for name in QUANTITIES])
+            errors = errors_pct(recording, [getattr(result, name) for name in GEOMETRY])
             name = recording.annotation.container if recording.annotation else None
             rows.append({"recording": recording.id, "container": name, "way": way, "status": result.status, **errors})
         if progress is not None:
@@ -63,7 +64,7 @@ def geometry_budget(
 def budget_table(budget: pd.DataFrame) -> pd.DataFrame:
     """MAPE by container and way, and the number of recordings that could not be fitted, which are in no mean."""
     grouped = budget.groupby(["container", "way"], sort=False)
-    table = grouped[list(QUANTITIES)].mean()
+    table = grouped[list(GEOMETRY)].mean()
     table["failed"] = grouped["capacity_ml"].apply(lambda errors: int(errors.isna().sum()))
     average = table.groupby(level="way", sort=False).mean()
     average["failed"] = table["failed"].groupby(level="way", sort=False).sum()
@@ -93,7 +94,7 @@ def score_against_error(dataset: Dataset, *, step: int = 3, shape: ShapeParamete
             fit = fit_frame(
                 recording, true, pair=best.pair, frame=score.frame, centre_rule=best.centre_rule, shape=shape
             )
-            values = [getattr(fit.dimensions, name) for name in QUANTITIES]
+            values = [getattr(fit.dimensions, name) for name in GEOMETRY]
             error = float(np.mean(list(errors_pct(recording, values).values())))
             name = recording.annotation.container if recording.annotation else None
             rows.append((recording.id, name, score.frame, score.total, error))
@@ -105,11 +106,11 @@ def score_against_error(dataset: Dataset, *, step: int = 3, shape: ShapeParamete
 
 
 def errors_pct(recording: Recording, values: Sequence[float | None]) -> dict[str, float]:
-    """Absolute errors in % of values in the order of ``QUANTITIES``; NaN where either side is missing."""
-    truth = [getattr(recording.annotation, name, None) for name in QUANTITIES]
+    """Absolute errors in % of values in the order of ``GEOMETRY``; NaN where either side is missing."""
+    truth = [getattr(recording.annotation, name, None) for name in GEOMETRY]
     return {
         name: 100 * abs(value - true) / true if value is not None and true else np.nan
-        for name, value, true in zip(QUANTITIES, values, truth, strict=True)
+        for name, value, true in zip(GEOMETRY, values, truth, strict=True)
     }
 
 

@@ -6,8 +6,9 @@ from typing import Any
 
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, CorsmalError
-from corsmal.estimation import QUANTITIES, fit_frame
+from corsmal.estimation import fit_frame
 from corsmal.parameters import PAIRS, SelectionParameters, ShapeParameters
+from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame, select_best_frame
 from corsmal.shape import Hull, measure_hull
 from corsmal.stages.detections import DetectionSet, load_detections
@@ -94,7 +95,7 @@ def _measured(recording: Recording, found: DetectionSet, grid: Sequence[ShapePar
                 hulls[shape.circumferences] = _hull(recording, found, best, best.frame, shape)
             dimensions = measure_hull(hulls[shape.circumferences], shape)
             if dimensions.ok:
-                values[shape] = {name: getattr(dimensions, name) for name in QUANTITIES}
+                values[shape] = {name: getattr(dimensions, name) for name in GEOMETRY}
     return [_row(recording, shape, values.get(shape)) for shape in grid]
 
 
@@ -106,4 +107,4 @@ def _hull(recording: Recording, found: DetectionSet, best: BestFrame, frame: int
 
 def _row(recording: Recording, shape: ShapeParameters, values: dict[str, float] | None) -> dict[str, Any]:
     settings = {name: getattr(shape, name) for name in SETTINGS}
-    return {"recording_id": recording.id, **settings, **(values or dict.fromkeys(QUANTITIES))}
+    return {"recording_id": recording.id, **settings, **(values or dict.fromkeys(GEOMETRY))}

@@ -8,12 +8,11 @@ from corsmal.dataset import Recording
 from corsmal.estimation import estimate, mass_inputs
 from corsmal.mass import MassRow
 from corsmal.parameters import ShapeParameters
+from corsmal.quantities import DIMENSIONS
 from corsmal.stages.detections import load_detections
 from corsmal.store import Store
 
-NOTHING = {"mask": np.zeros((1, 1), dtype=bool), "mm_per_px": None} | dict.fromkeys(
-    ("width_top_mm", "width_bottom_mm", "height_mm")
-)
+NOTHING = {"mask": np.zeros((1, 1), dtype=bool), "mm_per_px": None} | dict.fromkeys(DIMENSIONS)
 """What is known of a container that could not be fitted."""
 
 

@@ -12,17 +12,11 @@ from corsmal.errors import CorsmalError
 from corsmal.estimation import Estimate, Fit
 from corsmal.figures import reprojection_figure
 from corsmal.parameters import CentreRule
+from corsmal.quantities import BY_NAME, GEOMETRY
 from corsmal.shape import MESH_FORMATS, export_mesh, profile_table
 from corsmal.stages.detections import DetectionSet
 from corsmal.ui import data
 from corsmal.ui.linked_plot import linked_plot
-
-QUANTITIES = {
-    "capacity_ml": ("Capacity", "mL"),
-    "width_top_mm": ("Width at the top", "mm"),
-    "width_bottom_mm": ("Width at the bottom", "mm"),
-    "height_mm": ("Height", "mm"),
-}
 
 WAITING = "waiting_to_be_said"
 
@@ -50,7 +44,8 @@ def measures(fit: Fit, *, truth: Mapping[str, float], beside: tuple[str, Fit] | 
             icon=":material/error:",
         )
         return
-    for column, (name, (label, unit)) in zip(st.columns(4), QUANTITIES.items(), strict=True):
+    for column, name in zip(st.columns(4), GEOMETRY, strict=True):
+        label, unit = BY_NAME[name].label, BY_NAME[name].unit
         value = getattr(fit.dimensions, name)
         true = truth.get(name)
         note = "no annotation" if not true else f"{_error(value, true)} of {true:.0f} {unit}"
@@ -80,7 +75,8 @@ def recording_measures(found: Estimate, *, truth: Mapping[str, float]) -> None:
     if found.fit is None:
         st.error(plain("; ".join(found.notes)), icon=":material/error:")
         return
-    for column, (name, (label, unit)) in zip(st.columns(4), QUANTITIES.items(), strict=True):
+    for column, name in zip(st.columns(4), GEOMETRY, strict=True):
+        label, unit = BY_NAME[name].label, BY_NAME[name].unit
         value, true = getattr(found, name), truth.get(name)
         low, high = (_amount(end, unit) for end in found.intervals.get(name, (value, value)))
         note = f"{low} to {high}" + (f"; {_error(value, true)}" if true else "")

@@ -8,7 +8,6 @@ import pytest
 from corsmal.dataset import open_dataset
 from corsmal.detection import Detections, ViewDetections
 from corsmal.estimation import (
-    QUANTITIES,
     container_mask,
     estimate,
     file_detections,
@@ -17,6 +16,7 @@ from corsmal.estimation import (
     training_means,
 )
 from corsmal.parameters import PAIRS, SelectionParameters, ShapeParameters
+from corsmal.quantities import GEOMETRY
 from tests.tiny import CONTAINERS, CUP, FRAMES, base_in_frame, capacity_ml, silhouette, write_json
 
 MEANS = {"capacity_ml": 640.0, "width_top_mm": 92.0, "width_bottom_mm": 76.0, "height_mm": 130.0}
@@ -51,7 +51,7 @@ def one_pixel_masks(view):
 
 
 def values_of(result):
-    return [getattr(result, name) for name in QUANTITIES]
+    return [getattr(result, name) for name in GEOMETRY]
 
 
 def with_broken_calibration(recording, view, path):
@@ -122,7 +122,7 @@ def test_a_broken_detections_file_is_a_note(recording, tmp_path):
 def test_the_means_stand_in_where_both_pairs_fail_and_it_is_said(recording, detections):
     result = estimate(recording, detections={**detections, "view3": one_pixel_masks(detections["view3"])}, means=MEANS)
     assert result.status == "training means"
-    assert dict(zip(QUANTITIES, values_of(result), strict=True)) == MEANS
+    assert dict(zip(GEOMETRY, values_of(result), strict=True)) == MEANS
     assert (result.fit, result.best_frame, result.centre_rule) == (None, None, None)
     assert [note.split(",")[0] for note in result.notes] == ["view3 + view1", "view3 + view2"]
     assert all("has no area" in note for note in result.notes)

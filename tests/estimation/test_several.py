@@ -5,7 +5,6 @@ import pytest
 
 from corsmal.dataset import open_dataset
 from corsmal.estimation import (
-    QUANTITIES,
     Fit,
     combine_fits,
     estimate,
@@ -15,6 +14,7 @@ from corsmal.estimation import (
 )
 from corsmal.estimation.several import CAPACITY_SCALE, LENGTH_SCALE, all_scored
 from corsmal.parameters import ShapeParameters
+from corsmal.quantities import GEOMETRY
 from corsmal.selection import select_best_frame
 from corsmal.shape import Dimensions, Hull
 from tests.tiny import tiny_cameras
@@ -107,7 +107,7 @@ def test_an_estimate_over_several_frames_carries_intervals_into_its_row(tiny):
     assert found.height_mm == pytest.approx(119, rel=0.04)
     assert found.best_frame.frame == found.fit.frame
     row = found.row()
-    for name in QUANTITIES:
+    for name in GEOMETRY:
         assert row[f"{name}_low"] < row[name] < row[f"{name}_high"]
     assert "height_mm_low" not in estimate(recording, detections=detections).row()
 

@@ -3,8 +3,8 @@ from dataclasses import replace
 import pytest
 
 from corsmal.dataset import open_dataset
-from corsmal.estimation import QUANTITIES
 from corsmal.parameters import ShapeParameters
+from corsmal.quantities import GEOMETRY
 from corsmal.runs.ablation import ablation_errors, ablation_table, ablations
 from corsmal.runs.budget import true_views
 from corsmal.synthetic.writing.dataset import write_demo
@@ -33,13 +33,13 @@ def test_every_part_is_left_out_once():
 
 
 def test_tuned_is_nearer_to_the_red_cup_than_the_paper(errors):
-    mean = errors[errors["masks"] == "true"].set_index("preset")[list(QUANTITIES)].mean(axis=1)
+    mean = errors[errors["masks"] == "true"].set_index("preset")[list(GEOMETRY)].mean(axis=1)
     assert mean["tuned"] < mean["paper"] / 2
     assert mean["tuned"] < 6
 
 
 def test_detections_as_good_as_the_truth_give_the_same(errors):
-    true, detected = (errors[errors["masks"] == masks][list(QUANTITIES)].to_numpy() for masks in ("true", "detected"))
+    true, detected = (errors[errors["masks"] == masks][list(GEOMETRY)].to_numpy() for masks in ("true", "detected"))
     assert (true == detected).all()
 
 

@@ -4,8 +4,9 @@ import pytest
 
 from corsmal.detection import ViewDetections
 from corsmal.errors import NotFoundError
-from corsmal.estimation import QUANTITIES, estimate, fit_frame, training_means
+from corsmal.estimation import estimate, fit_frame, training_means
 from corsmal.parameters import PAIRS
+from corsmal.quantities import GEOMETRY
 from corsmal.runs.attribution import STAGES, blame_rows, load_blame
 from corsmal.runs.run import record_run
 from corsmal.selection import select_best_frame
@@ -65,7 +66,7 @@ def test_true_masks_are_estimated_like_any(replaced, dataset, true_views, predic
     for name, row in zip(IDS, replaced["masks"], strict=True):
         recording = dataset[name]
         result = estimate(recording, detections=true_views(recording), means=predictors.means)
-        for quantity in QUANTITIES:
+        for quantity in GEOMETRY:
             assert row[quantity] == getattr(result, quantity)
     assert replaced["masks"][WITHOUT_DETECTIONS]["status"] == "fitted"
 
@@ -92,7 +93,7 @@ def test_true_dimensions_are_annotated_and_the_mass_is_told_from_them(run, datas
     mass = FakeMass(33.0)
     rows = blame_rows(run, dataset, replace(predictors, mass=mass), store=store)["dimensions"]
     for name, row in zip(IDS, rows, strict=True):
-        for quantity in QUANTITIES:
+        for quantity in GEOMETRY:
             assert row[quantity] == getattr(dataset[name].annotation, quantity)
     assert mass.inputs["width_top_mm"] == dataset["000001"].annotation.width_top_mm  # the last that was fitted
     assert rows[0]["container_mass_g"] == 33.0

@@ -1,8 +1,8 @@
 import pytest
 
 from corsmal.dataset import open_dataset
-from corsmal.estimation import QUANTITIES
 from corsmal.parameters import METHOD_VIEWS
+from corsmal.quantities import GEOMETRY
 from corsmal.runs.budget import (
     WAYS,
     budget_table,
@@ -26,7 +26,7 @@ def test_detections_as_good_as_the_truth_lose_nothing(dataset):
     budget = geometry_budget(dataset, lambda recording: true_views(dataset, recording))
     assert list(budget["way"]) == list(WAYS)
     assert (budget["status"] == "fitted").all()
-    assert (budget[list(QUANTITIES)].nunique() == 1).all()
+    assert (budget[list(GEOMETRY)].nunique() == 1).all()
     assert (budget["capacity_ml"] < 60).all()
 
 
@@ -34,7 +34,7 @@ def test_recordings_without_detections_are_counted_and_in_no_mean(dataset):
     table = budget_table(geometry_budget(dataset, lambda _: {}))
     assert table.loc[("red cup", WAYS[0]), "failed"] == 0
     assert table.loc[("red cup", WAYS[1]), "failed"] == 1
-    assert table.loc[("red cup", WAYS[1]), list(QUANTITIES)].isna().all()
+    assert table.loc[("red cup", WAYS[1]), list(GEOMETRY)].isna().all()
     assert table.loc[("average", WAYS[0]), "height_mm"] == table.loc[("red cup", WAYS[0]), "height_mm"]
 
 

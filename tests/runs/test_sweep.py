@@ -3,8 +3,9 @@ from dataclasses import replace
 import pytest
 
 from corsmal.errors import ArgumentError
-from corsmal.estimation import QUANTITIES, estimate
+from corsmal.estimation import estimate
 from corsmal.parameters import ShapeParameters
+from corsmal.quantities import GEOMETRY
 from corsmal.runs import sweep as sweeping
 from corsmal.runs.sweep import sweep_recordings
 
@@ -32,13 +33,13 @@ def test_every_setting_measures_what_an_estimate_with_it_would(dataset, store):
     for row in rows:
         shape = replace(GRID["shape"], circumferences=row["circumferences"], max_difference_mm=row["max_difference_mm"])
         alone = estimate(dataset[row["recording_id"]], shape=shape)
-        assert [row[name] for name in QUANTITIES] == [getattr(alone, name) for name in QUANTITIES]
+        assert [row[name] for name in GEOMETRY] == [getattr(alone, name) for name in GEOMETRY]
 
 
 def test_recordings_that_cannot_be_measured_have_no_numbers(dataset, store):
     rows = sweep_recordings([dataset["000002"]], **GRID, store=store)  # without detections
     assert len(rows) == len(COUNTS) * len(STEPS_MM)
-    assert {row[name] for row in rows for name in QUANTITIES} == {None}
+    assert {row[name] for row in rows for name in GEOMETRY} == {None}
 
 
 def test_a_hull_is_fitted_once_for_each_number_of_circumferences(dataset, store, fits):

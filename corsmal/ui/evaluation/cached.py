@@ -22,33 +22,17 @@ from corsmal.evaluation import (
 )
 from corsmal.evaluation.challenge import Split
 from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
+from corsmal.quantities import QUANTITIES
 from corsmal.runs.run import KIND, Run, list_runs
 from corsmal.stages.estimates import Predictors
 from corsmal.ui import data
 from corsmal.ui.filling import cached as sound
 from corsmal.ui.mass import cached as mass
 
-METRIC_NAMES = {
-    "filling_level_mpf1": "Level",
-    "filling_type_mpf1": "Type",
-    "capacity_mape": "Capacity",
-    "width_top_mape": "Top width",
-    "width_bottom_mape": "Bottom width",
-    "height_mape": "Height",
-    "mass_mape": "Mass",
-}
+METRIC_NAMES = {quantity.metric: quantity.label for quantity in QUANTITIES}
 """Table 2's metrics, as briefly as headings need."""
 
-STAGE_PAGES = {
-    "filling_level_mpf1": "filling",
-    "filling_type_mpf1": "filling",
-    "capacity_mape": "shape",
-    "width_top_mape": "shape",
-    "width_bottom_mape": "shape",
-    "height_mape": "shape",
-    "mass_mape": "mass",
-    "failures": "frames",
-}
+STAGE_PAGES = {quantity.metric: quantity.stage for quantity in QUANTITIES} | {"failures": "frames"}
 """The page of the stage that a number comes from."""
 
 RESAMPLES_SEED = 0

@@ -10,6 +10,7 @@ from corsmal.dataset import Dataset
 from corsmal.evaluation import METRICS, recordings_behind
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.parameters import PAIRS
+from corsmal.quantities import BY_METRIC
 from corsmal.runs.run import Run
 from corsmal.ui import session
 from corsmal.ui.components import plain
@@ -18,22 +19,12 @@ from corsmal.ui.evaluation.cached import METRIC_NAMES, STAGE_PAGES
 
 FOCUS = "evaluation_focus"
 STAGES = {"frames": "Frames", "shape": "Shape", "filling": "Filling", "mass": "Mass"}
-QUANTITIES = {
-    "capacity_mape": ("capacity_ml", "mL"),
-    "width_top_mape": ("width_top_mm", "mm"),
-    "width_bottom_mape": ("width_bottom_mm", "mm"),
-    "height_mape": ("height_mm", "mm"),
-    "mass_mape": ("container_mass_g", "g"),
-}
-"""The column of estimates and annotation behind a metric, and its unit."""
-
 COLUMNS = {
     "error": st.column_config.NumberColumn(format="%+.1f %%"),
     "estimated": st.column_config.NumberColumn(format="%.1f"),
     "annotated": st.column_config.NumberColumn(format="%.1f"),
     "notes": st.column_config.TextColumn(width="large"),
 }
-CLASSES = {"filling_level_mpf1": "filling_level", "filling_type_mpf1": "filling_type"}
 
 
 @dataclass(frozen=True)
@@ -118,20 +109,20 @@ def behind_table(run: Run, dataset: Dataset, errors: pd.DataFrame, *, metric: st
     estimates = evaluation.estimates(run).set_index("recording_id").loc[errors.index]
     truth = dataset.table.loc[errors.index]
     columns: dict[str, Any] = {"container": errors["container"]}
-    if metric in CLASSES:
-        name = CLASSES[metric]
+    quantity = BY_METRIC.get(metric)
+    name = "" if quantity is None else quantity.name
+    if name in CLASS_NAMES:
         names = dict(enumerate(CLASS_NAMES[name]))
         columns["heard"] = estimates[name].map(names).astype("object").fillna("no estimate")
         columns["truth"] = truth[name].map(names)
         columns["right"] = errors[f"{name}_correct"]
-    elif metric in QUANTITIES:
-        name, unit = QUANTITIES[metric]
-        columns |= {"estimated": estimates[name], "annotated": truth[name], "unit": unit}
+    elif quantity is not None:
+        columns |= {"estimated": estimates[name], "annotated": truth[name], "unit": quantity.unit}
         columns["error"] = errors[METRICS[metric]]
     else:
         columns["status"] = errors["status"]
     columns["filling"] = truth["level"].fillna("") + " " + truth["filling"].fillna("")
-    if metric not in CLASSES:
+    if name not in CLASS_NAMES:
         columns["status"] = errors["status"]
         columns |= {"frame": errors["best_frame"], "pair": errors["pair"]}
     return pd.DataFrame(columns | {"notes": errors["notes"]}, index=errors.index.rename("recording"))
