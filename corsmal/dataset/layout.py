@@ -90,6 +90,7 @@ class Recording:
         audio_path: the sound, where there is one.
         annotation: what is known about it, where anything is.
         missing: what it lacks, such as ``view2 video`` or ``audio``. A calibration lacks only where its video exists.
+        truth_path: what was drawn and played, see ``corsmal.dataset.truth``; None where the recording is not synthetic.
     """
 
     id: str
@@ -97,6 +98,12 @@ class Recording:
     audio_path: Path | None = None
     annotation: Annotation | None = None
     missing: tuple[str, ...] = ()
+    truth_path: Path | None = None
+
+    @property
+    def is_synthetic(self) -> bool:
+        """Whether the recording was rendered: its truth is known."""
+        return self.truth_path is not None
 
     def audio(self) -> Audio:
         """Read the sound; that of 000377 is cut at 13.10 s, where its recorder should have been stopped.
@@ -119,6 +126,7 @@ class Layout:
         calibrations: by view, then by id.
         detections: by view, then by id.
         sounds: by id.
+        truths: by id, of synthetic recordings.
         top: names of the files in the folder itself.
     """
 
@@ -126,6 +134,7 @@ class Layout:
     calibrations: dict[str, dict[str, Path]]
     detections: dict[str, dict[str, Path]]
     sounds: dict[str, Path]
+    truths: dict[str, Path]
     top: tuple[str, ...]
 
     @property
@@ -153,7 +162,7 @@ class Layout:
                 missing.append(f"{view} calibration")
         missing += [] if name in self.sounds else ["audio"]
         missing += [] if annotation else ["annotation"]
-        return Recording(name, views, self.sounds.get(name), annotation, tuple(missing))
+        return Recording(name, views, self.sounds.get(name), annotation, tuple(missing), self.truths.get(name))
 
     def absent_parts(self) -> list[str]:
         """Sentences on what the whole set lacks."""
@@ -177,8 +186,8 @@ def scan(root: Path) -> Layout:
     for view in VIEWS:
         for part, suffix in (("rgb", ".mp4"), ("calib", ".pickle"), ("detections", ".json")):
             found[part][view] = _files_by_id(root / view / part, suffix)
-    sounds = _files_by_id(root / "audio", ".wav")
-    return Layout(found["rgb"], found["calib"], found["detections"], sounds, tuple(sorted(_names(root))))
+    sounds, truths = _files_by_id(root / "audio", ".wav"), _files_by_id(root / "truth", ".json")
+    return Layout(found["rgb"], found["calib"], found["detections"], sounds, truths, tuple(sorted(_names(root))))
 
 
 def _files_by_id(folder: Path, suffix: str) -> dict[str, Path]:

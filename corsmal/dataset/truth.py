@@ -1,115 +1,81 @@
-"""The truth beside a synthetic recording."""
+"""The truth beside a synthetic recording: poses and filling frame by frame, the outer wall, and where the masks are."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
-from corsmal.detection import ViewDetections
-from corsmal.detection.parquet import read_parquet
-from corsmal.errors import ArgumentError, CorsmalError, FileError, NotFoundError
-from corsmal.synthetic.scene.cameras import VIEWS
-from corsmal.synthetic.scene.containers import DemoContainer, demo_container
-from corsmal.synthetic.scene.profiles import Profile
+from corsmal.dataset.layout import Recording
+from corsmal.errors import FileError, NotFoundError
 
 Floats = NDArray[np.float64]
+MaskKind = Literal["visible", "amodal"]
 
 
 @dataclass(frozen=True, eq=False)
-class DemoTruth:
-    """What was drawn and played in one synthetic recording.
+class Truth:
+    """What was drawn and played in one synthetic recording of F frames.
 
     Args:
-        recording_id: six digits.
-        container: the container.
-        seed: of the scene.
-        base_m: (F, 3) the point of the container's axis at its base, in each frame.
+        base_m: (F, 3) the point of the container's axis at its base.
         rotation: (F, 3, 3) container to world.
-        fill: (F,) share of the capacity that is filled.
-        action: ``pour``, ``shake`` or ``handle``.
-        events_s: when things happen, by name.
-        root: the dataset's folder.
+        fill: (F,) share of the capacity that is filled, 0..1.
+        profile_mm: heights (n,) above the base and radii (n,) of the outer wall; None for boxes.
+        events_s: times of the events, by name.
     """
 
-    recording_id: str
-    container: DemoContainer
-    seed: int
     base_m: Floats
     rotation: Floats
     fill: Floats
-    action: str
+    profile_mm: tuple[Floats, Floats] | None
     events_s: dict[str, float]
-    root: Path = field(repr=False)
-
-    @property
-    def frames(self) -> int:
-        """How many frames the recording has."""
-        return len(self.base_m)
-
-    @property
-    def profile(self) -> Profile | None:
-        """The outer wall; None for boxes."""
-        return self.container.outer
-
-    def visible(self, view: str) -> ViewDetections:
-        """The container's visible pixels, frame by frame, as detections with score 1."""
-        return self._masks("visible", view)
-
-    def amodal(self, view: str) -> ViewDetections:
-        """The container's whole silhouette, what hides it left out."""
-        return self._masks("amodal", view)
-
-    def _masks(self, kind: str, view: str) -> ViewDetections:
-        if view not in VIEWS:
-            raise NotFoundError(f"view must be one of {', '.join(VIEWS)}, got {view!r}")
-        path = self.root / "truth" / kind / view / f"{self.recording_id}.parquet"
-        try:
-            return read_parquet(path)
-        except FileNotFoundError as error:
-            raise NotFoundError(f"{path}: there is no such truth; make the demo again") from error
-        except (CorsmalError, OSError, ValueError, LookupError, TypeError, pa.ArrowException) as error:
-            raise FileError(path, "is broken; delete it and make the demo again") from error
 
 
-def open_demo_truth(root: str | Path, recording_id: str) -> DemoTruth:
-    """Read the truth of one recording.
-
-    Args:
-        root: the demo's folder.
-        recording_id: six digits.
+def read_truth(recording: Recording) -> Truth:
+    """Read a recording's poses, filling and profile.
 
     Raises:
-        NotFoundError: there is no truth of such a recording: it is real, or not made yet.
+        NotFoundError: the recording is not synthetic.
         FileError: the file is broken.
     """
-    root = Path(root)
-    path = root / "truth" / f"{recording_id}.json"
+    path = truth_path(recording)
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        return _truth(content, recording_id, root)
-    except (FileNotFoundError, NotADirectoryError) as error:
-        raise NotFoundError(f"{path}: there is no truth of recording {recording_id!r}: it is no demo's") from error
-    except (OSError, ValueError, LookupError, TypeError, CorsmalError) as error:
-        raise FileError(path, "is broken; delete it and make the demo again") from error
+        base, rotation, fill = (np.array(content[name], dtype=np.float64) for name in ("base_m", "rotation", "fill"))
+        wall = content["profile"]
+        profile = wall and (np.array(wall["outer_heights_mm"]), np.array(wall["outer_radii_mm"]))
+        truth = Truth(base, rotation, fill, profile, dict(content["events_s"]))
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise FileError(path, "is broken; delete it and make the recording again") from error
+    frames = len(fill)
+    if (base.shape, rotation.shape, fill.shape) != ((frames, 3), (frames, 3, 3), (frames,)):
+        raise FileError(path, "is broken: its poses are not one per frame; delete it and make the recording again")
+    return truth
 
 
-def _truth(content: dict[str, Any], recording_id: str, root: Path) -> DemoTruth:
-    base, rotation, fill = (np.array(content[name], dtype=np.float64) for name in ("base_m", "rotation", "fill"))
-    frames = len(base)
-    if base.shape != (frames, 3) or rotation.shape != (frames, 3, 3) or fill.shape != (frames,):
-        raise ArgumentError("the poses must be one per frame")
-    return DemoTruth(
-        recording_id=recording_id,
-        container=demo_container(content["container_id"]),
-        seed=content["seed"],
-        base_m=base,
-        rotation=rotation,
-        fill=fill,
-        action=content["action"],
-        events_s=dict(content["events_s"]),
-        root=root,
-    )
+def true_mask_path(recording: Recording, view: str, *, kind: MaskKind) -> Path:
+    """The file of the container's true masks in one view, as detections; it may be missing.
+
+    Args:
+        recording: a synthetic one.
+        view: its name.
+        kind: ``visible``: the visible pixels; ``amodal``: the whole silhouette, hidden parts included.
+
+    Raises:
+        NotFoundError: the recording is not synthetic.
+    """
+    return truth_path(recording).parent / kind / view / f"{recording.id}.parquet"
+
+
+def truth_path(recording: Recording) -> Path:
+    """The file of a recording's truth.
+
+    Raises:
+        NotFoundError: the recording is not synthetic.
+    """
+    if recording.truth_path is None:
+        raise NotFoundError(f"recording {recording.id} has no truth: only synthetic recordings have one")
+    return recording.truth_path

@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 
 from corsmal.dataset import Dataset, Recording
+from corsmal.dataset.annotation import CONTAINERS
 from corsmal.estimation import Estimate, estimate
 from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
 from corsmal.quantities import GEOMETRY
-from corsmal.runs.budget import Views, errors_pct, true_views
-from corsmal.synthetic.scene.containers import ANNOTATED_IDS
+from corsmal.runs.budget import Views, errors_pct
+from corsmal.stages import true_views
 
 MASKS = ("true", "detected")
 
@@ -60,8 +61,8 @@ def ablation_errors(
     rows = []
     recordings = list(dataset)
     for done, recording in enumerate(recordings, start=1):
-        views = dict(zip(MASKS, (true_views(dataset, recording), detections_of(recording)), strict=True))
-        seen = recording.annotation is not None and recording.annotation.container_id in ANNOTATED_IDS
+        views = dict(zip(MASKS, (true_views(recording), detections_of(recording)), strict=True))
+        seen = recording.annotation is not None and recording.annotation.container_id in CONTAINERS
         for masks, detections in views.items():
             for name, shape in presets.items():
                 found = estimate(recording, detections=detections, shape=shape)

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 
 from corsmal.dataset import Dataset, Recording
-from corsmal.dataset.truth import open_demo_truth
 from corsmal.detection import Detector, ViewDetections, detect_view
 from corsmal.estimation import estimate, fit_frame
 from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import select_best_frame
+from corsmal.stages import true_views
 
 WAYS = ("true masks", "detected masks", "detected masks, true best frame")
 
@@ -47,7 +47,7 @@ def geometry_budget(
     rows = []
     recordings = list(dataset)
     for done, recording in enumerate(recordings, start=1):
-        true = true_views(dataset, recording)
+        true = true_views(recording)
         found = detections_of(recording)
         frames = true_best_frames(true)
         there = _only(frames, found) if detector is None else _detected(recording, frames, detector)
@@ -86,7 +86,7 @@ def score_against_error(dataset: Dataset, *, step: int = 3, shape: ShapeParamete
     """
     rows = []
     for recording in dataset:
-        true = true_views(dataset, recording)
+        true = true_views(recording)
         best = select_best_frame(true, pair=PAIRS[0])
         for score in best.scores[::step]:
             if score.total is None:
@@ -112,16 +112,6 @@ def errors_pct(recording: Recording, values: Sequence[float | None]) -> dict[str
         name: 100 * abs(value - true) / true if value is not None and true else np.nan
         for name, value, true in zip(GEOMETRY, values, truth, strict=True)
     }
-
-
-def true_views(dataset: Dataset, recording: Recording) -> Views:
-    """The visible masks of the method's views as if a perfect detector had found them.
-
-    Raises:
-        FileError: the truth cannot be read.
-    """
-    truth = open_demo_truth(dataset.root, recording.id)
-    return {name: truth.visible(name) for name in METHOD_VIEWS if name in recording.views}
 
 
 def true_best_frames(true: Views) -> list[int]:

@@ -4,6 +4,7 @@ from corsmal.stages.detections import DetectionSet, detect_recording, load_detec
 from corsmal.stages.estimates import Predictors, load_estimate
 from corsmal.stages.fits import load_fit
 from corsmal.stages.mass_rows import mass_rows
+from corsmal.stages.true_masks import true_masks, true_views
 
 __all__ = [
     "DetectionSet",
@@ -13,4 +14,6 @@ __all__ = [
     "load_estimate",
     "load_fit",
     "mass_rows",
+    "true_masks",
+    "true_views",
 ]

@@ -53,7 +53,7 @@ def detection_job(recording: Recording, found: DetectionSet) -> None:
     detector = left.selectbox(
         "Detector",
         list(DETECTORS),
-        index=list(DETECTORS).index("demo" if session.is_synthetic(recording) else "coco"),
+        index=list(DETECTORS).index("demo" if recording.is_synthetic else "coco"),
         key="detector",
         format_func=DETECTORS.__getitem__,
     )

@@ -7,8 +7,7 @@ import streamlit as st
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from corsmal.dataset import Dataset, Recording
-from corsmal.dataset.truth import open_demo_truth
-from corsmal.errors import CorsmalError, NotFoundError
+from corsmal.errors import CorsmalError
 from corsmal.ui import data, demo
 from corsmal.ui.components import plain
 from corsmal.ui.folders import default_folder, demo_folder, is_demo, is_demo_ready
@@ -68,17 +67,6 @@ def write_address() -> None:
     if st.query_params.to_dict() != params:
         st.query_params.from_dict(params)
     st.session_state[WRITTEN] = params
-
-
-def is_synthetic(recording: Recording) -> bool:
-    """Whether a recording of the chosen dataset has a truth beside it, as the demo's have."""
-    try:
-        open_demo_truth(opened()[0].root, recording.id)
-    except NotFoundError:
-        return False
-    except CorsmalError:
-        return True
-    return True
 
 
 def dataset() -> Dataset | None:

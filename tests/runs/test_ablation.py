@@ -6,7 +6,7 @@ from corsmal.dataset import open_dataset
 from corsmal.parameters import ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.runs.ablation import ablation_errors, ablation_table, ablations
-from corsmal.runs.budget import true_views
+from corsmal.stages import true_views
 from corsmal.synthetic.writing.dataset import write_demo
 
 
@@ -21,7 +21,7 @@ def dataset(tmp_path_factory):
 def errors(dataset):
     few = replace(ShapeParameters.tuned(), frames=6)
     presets = {"paper": ShapeParameters.paper(), "tuned": few}
-    return ablation_errors(dataset, lambda recording: true_views(dataset, recording), presets=presets)
+    return ablation_errors(dataset, true_views, presets=presets)
 
 
 def test_every_part_is_left_out_once():

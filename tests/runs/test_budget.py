@@ -10,8 +10,8 @@ from corsmal.runs.budget import (
     geometry_budget,
     score_against_error,
     true_best_frames,
-    true_views,
 )
+from corsmal.stages import true_views
 from corsmal.synthetic.writing.dataset import write_demo
 
 
@@ -23,7 +23,7 @@ def dataset(tmp_path_factory):
 
 
 def test_detections_as_good_as_the_truth_lose_nothing(dataset):
-    budget = geometry_budget(dataset, lambda recording: true_views(dataset, recording))
+    budget = geometry_budget(dataset, true_views)
     assert list(budget["way"]) == list(WAYS)
     assert (budget["status"] == "fitted").all()
     assert (budget[list(GEOMETRY)].nunique() == 1).all()
@@ -51,7 +51,7 @@ class Perfect:
 
 
 def test_true_best_frames_are_detected_where_a_search_left_them_out(dataset):
-    views = true_views(dataset, dataset["000000"])
+    views = true_views(dataset["000000"])
     detector = Perfect(views, true_best_frames(views))
     budget = geometry_budget(dataset, lambda _: {}, detector=detector).set_index("way")
     assert budget.loc[WAYS[1], "status"] == "failed"

@@ -7,8 +7,9 @@ import pytest
 
 from corsmal.dataset import open_dataset
 from corsmal.dataset.calibration import read_camera
-from corsmal.dataset.truth import open_demo_truth
-from corsmal.errors import ArgumentError, FileError, NotFoundError
+from corsmal.dataset.truth import read_truth
+from corsmal.errors import ArgumentError, FileError
+from corsmal.stages import true_masks
 from corsmal.synthetic.writing import files
 from corsmal.synthetic.writing import worker as workers
 from corsmal.synthetic.writing.dataset import write_demo
@@ -62,12 +63,13 @@ def test_the_calibration_is_the_scenes(demo_root):
 
 
 def test_the_truth_tells_masks_pose_and_profile(demo_root):
-    truth = open_demo_truth(demo_root, "000001")
-    visible, amodal = truth.visible("view3"), truth.amodal("view3")
-    assert truth.profile.heights_mm[-1] == 72
-    assert visible.frames == tuple(range(truth.frames))
+    recording = open_dataset(demo_root)["000001"]
+    truth, visible = read_truth(recording), true_masks(recording, "view3")
+    amodal = true_masks(recording, "view3", kind="amodal")
+    assert truth.profile_mm[0][-1] == 72
+    assert visible.frames == tuple(range(len(truth.fill)))
     assert visible.size == (36, 64)
-    detection = amodal[truth.frames - 1]
+    detection = amodal[visible.frames[-1]]
     assert detection.labels.tolist() == [47]
     assert detection.scores.tolist() == [1.0]
     seen = [visible[frame].masks.any(axis=0) for frame in visible if len(visible[frame])]
@@ -76,7 +78,7 @@ def test_the_truth_tells_masks_pose_and_profile(demo_root):
 
 
 def test_the_box_has_no_profile(demo_root):
-    assert open_demo_truth(demo_root, "000000").profile is None
+    assert read_truth(open_dataset(demo_root)["000000"]).profile_mm is None
 
 
 def test_a_complete_demo_is_left_alone(copied_root):
@@ -173,17 +175,3 @@ def test_a_worker_process_makes_the_same_and_reports_what_fails(tmp_path, demo_r
     finally:
         worker.close()
     assert (tmp_path / "made/audio/000001.wav").read_bytes() == (demo_root / "audio/000001.wav").read_bytes()
-
-
-def test_a_real_recording_has_no_truth(tiny_dataset_root):
-    with pytest.raises(NotFoundError, match="there is no truth of recording '000000'"):
-        open_demo_truth(tiny_dataset_root, "000000")
-
-
-def test_a_broken_truth_is_reported(copied_root):
-    (copied_root / "truth" / "000000.json").write_text('{"base_m": 3}', encoding="utf-8")
-    with pytest.raises(FileError, match="is broken; delete it"):
-        open_demo_truth(copied_root, "000000")
-    (copied_root / "truth" / "visible" / "view1" / "000001.parquet").write_bytes(b"PAR1")
-    with pytest.raises(FileError, match="is broken; delete it"):
-        open_demo_truth(copied_root, "000001").visible("view1")

@@ -6,18 +6,17 @@ from typing import Any
 import pandas as pd
 import streamlit as st
 
-from corsmal.dataset import Dataset, Recording
-from corsmal.detection import ViewDetections
+from corsmal.dataset import Dataset
 from corsmal.errors import ArgumentError
 from corsmal.evaluation import METRICS, blame_table, error_table, estimates_table, with_true
 from corsmal.evaluation.attribution import KnownStage
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.figures.heatmaps import blame_figure
 from corsmal.runs.attribution import STAGES, blame_rows, load_blame
-from corsmal.runs.budget import true_views
 from corsmal.runs.run import Run
+from corsmal.stages import true_views
 from corsmal.store import Store
-from corsmal.ui import data, session
+from corsmal.ui import data
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.evaluation.cached import METRIC_NAMES
 from corsmal.ui.evaluation.downloads import downloads
@@ -105,7 +104,7 @@ def _long(averages: pd.DataFrame) -> pd.DataFrame:
 
 
 def _offer(key: str, run: Run, dataset: Dataset) -> None:
-    has_masks = session.is_synthetic(dataset[run.rows[0]["recording_id"]])
+    has_masks = dataset[run.rows[0]["recording_id"]].is_synthetic
     stages = f"{', '.join(STAGES)} and {HEARD}" if has_masks else f"{STAGES[-1]} and {HEARD}"
     st.info(
         f"Estimate the run again with one stage after the other replaced by the truth: {stages}."
@@ -123,16 +122,12 @@ def _work(job: Job, run: Run, dataset: Dataset, store: Store, *, has_masks: bool
     predictors = evaluation.make_predictors(dataset, run.shape)
     if predictors.key != run.predictors_key:
         raise ArgumentError("the networks' weights or the annotation changed since the run was made: make a new run")
-
-    def views_of(recording: Recording) -> Mapping[str, ViewDetections]:
-        return true_views(dataset, recording)
-
     blame_rows(
         run,
         dataset,
         predictors,
         store=store,
-        true_views=views_of if has_masks else None,
+        true_views=true_views if has_masks else None,
         progress=job.advance,
         cancelled=job.cancelled,
     )

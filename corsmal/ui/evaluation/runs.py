@@ -182,7 +182,7 @@ def _recordings_control(dataset: Dataset) -> list[str]:
 
 
 def _detector_control(example: Recording | None) -> str | None:
-    is_demo = example is not None and session.is_synthetic(example)
+    is_demo = example is not None and example.is_synthetic
     if not st.toggle(
         "First find containers where no detector has looked",
         value=is_demo,

@@ -35,7 +35,7 @@ TRAINING = "`python -m corsmal train filling ROOT RUN`"
 
 def weights_note(recording: Recording) -> None:
     """Say so where a network that learned from synthetic sound listens to a real one."""
-    if sound.weights_path() == FILLING_WEIGHTS and not session.is_synthetic(recording):
+    if sound.weights_path() == FILLING_WEIGHTS and not recording.is_synthetic:
         st.warning(
             "These weights learned from the **demo's synthetic sound** and have never heard a real recording: expect "
             f"wrong answers. Train on the real ones with {TRAINING}, then start the app with "

@@ -12,7 +12,6 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
-from corsmal.dataset.truth import open_demo_truth
 from corsmal.demo import MASS_WEIGHTS
 from corsmal.detection import ViewDetections
 from corsmal.errors import ArgumentError, NotFoundError
@@ -20,6 +19,7 @@ from corsmal.estimation import Fit
 from corsmal.mass import AxisRule, RestoredMask, mm_per_pixel
 from corsmal.mass.restoration import PADDING_PX
 from corsmal.parameters import PAIRS
+from corsmal.stages import true_masks
 from corsmal.store import file_fingerprint
 from corsmal.ui import data, session
 
@@ -152,9 +152,8 @@ def amodal_mask(recording: Recording, *, frame: int) -> Mask | None:
     Raises:
         FileError: the truth is broken.
     """
-    root = str(session.opened()[0].root)
     try:
-        found = _amodal(root, data.recording_key(recording), _recording=recording)
+        found = _amodal(data.recording_key(recording), _recording=recording)
         masks = found[frame]
     except (NotFoundError, KeyError):
         return None
@@ -170,6 +169,6 @@ def _model(path: str, fingerprint: str) -> "MassModel":
 
 
 @st.cache_resource(max_entries=8, show_spinner=False)
-def _amodal(root: str, key: str, *, _recording: Recording) -> ViewDetections:
+def _amodal(key: str, *, _recording: Recording) -> ViewDetections:
     del key
-    return open_demo_truth(root, _recording.id).amodal(MASS_VIEW)
+    return true_masks(_recording, MASS_VIEW, kind="amodal")

@@ -14,7 +14,7 @@ from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
 from corsmal.mass import AxisRule
 from corsmal.mass.axis import AXIS_RULES
-from corsmal.ui import data, session
+from corsmal.ui import data
 from corsmal.ui.components import guarded, plain
 from corsmal.ui.linked_plot import Slider, linked_plot
 from corsmal.ui.mass import cached as mass
@@ -37,7 +37,7 @@ LOW, HIGH = 0.01, 20_000.0
 
 def about_weights(recording: Recording, network: "MassModel | None") -> None:
     """On real recordings, what the demo's weights are worth."""
-    if network is not None and mass.weights_path() == mass.MASS_WEIGHTS and not session.is_synthetic(recording):
+    if network is not None and mass.weights_path() == mass.MASS_WEIGHTS and not recording.is_synthetic:
         st.info(
             "The network that came along learnt from **synthetic** containers alone: on a real recording its mass is a "
             "guess. Train your own with `python -m corsmal train mass ROOT RUN`, and name its weights in the "
