@@ -1,70 +1,212 @@
-"""Networks in files: weights as safetensors with their config beside them, and the checkpoints of a training."""
+"""Networks in files: which file is used, what it was trained on, reading and writing it, and the device it runs on."""
 
 import contextlib
+import hashlib
 import json
 import logging
+import os
 import pickle
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-import safetensors
-import safetensors.torch
-import torch
-from torch import Tensor, nn
-
-from corsmal.errors import FileError
+from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
 
+if TYPE_CHECKING:
+    import torch
+    from torch import nn
 
-def save_network(path: Path, network: nn.Module, *, kind: str, config: Mapping[str, Any], half: bool = False) -> None:
-    """Write a network's weights and its config into one file.
+Kind = Literal["detector", "filling", "mass"]
+Origin = Literal["named", "environment", "bundled"]
+Network = TypeVar("Network", bound="nn.Module")
+
+BUNDLED = Path(__file__).parent / "demo" / "weights"
+"""The folder with the networks of the demo, a file for each kind; a card beside each says what it was trained on."""
+
+BUNDLED_NAME = "demo"
+"""Names the bundled file where another one is set in the environment."""
+
+
+@dataclass(frozen=True)
+class WeightsFile:
+    """A file of weights, and why it is this one. The file may be absent; reading it says so.
+
+    Args:
+        kind: the network that it belongs to.
+        path: absolute.
+        origin: ``named`` by the caller, by the ``environment``, or ``bundled`` with the library.
+    """
+
+    kind: Kind
+    path: Path
+    origin: Origin
+
+    @property
+    def is_bundled(self) -> bool:
+        """Whether it is the library's own file, however it was named: one trained on synthetic recordings only."""
+        return self.path == bundled_path(self.kind)
+
+
+def bundled_path(kind: Kind) -> Path:
+    """The library's own weights of a network."""
+    return BUNDLED / f"{kind}.safetensors"
+
+
+def find_weights(kind: Kind, named: str | Path | None = None) -> WeightsFile:
+    """The weights that a network is read from: the named file, else the environment's, else the bundled one.
+
+    The environment's variables are ``CORSMAL_DETECTOR_WEIGHTS`` (of the demo's small detector),
+    ``CORSMAL_FILLING_WEIGHTS`` and ``CORSMAL_MASS_WEIGHTS``.
+
+    Args:
+        kind: which network.
+        named: a file, or ``demo`` for the bundled one.
+
+    Example:
+        >>> find_weights("mass", "demo").is_bundled
+        True
+    """
+    choices: tuple[tuple[Origin, str | Path | None], ...] = (
+        ("named", named),
+        ("environment", os.environ.get(f"CORSMAL_{kind.upper()}_WEIGHTS")),
+    )
+    for origin, given in choices:
+        if given:
+            is_demo = str(given) == BUNDLED_NAME
+            return WeightsFile(kind, bundled_path(kind) if is_demo else Path(given).expanduser().absolute(), origin)
+    return WeightsFile(kind, bundled_path(kind), "bundled")
+
+
+def file_sha256(path: Path) -> str:
+    """The SHA-256 of a file's content, hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def save_network(
+    path: Path,
+    network: "nn.Module",
+    *,
+    kind: Kind,
+    config: Any,
+    training: Mapping[str, Any] | None = None,
+    half: bool = False,
+) -> None:
+    """Write a network's weights in one file with its config and what it was trained on.
 
     Args:
         path: the file, ``.safetensors``.
         network: whose state is written.
-        kind: which network it is; ``read_network`` asks for it.
+        kind: which network it is; ``read_network`` checks it.
         config: its sizes, anything that JSON can hold.
+        training: what it was trained on, likewise.
         half: write the parameters in half precision. Buffers, such as the statistics of inputs, keep theirs.
 
     Raises:
         FileError: the file cannot be written.
     """
+    import safetensors.torch  # noqa: PLC0415 - loads PyTorch, which takes seconds
+
     parameters = dict(network.named_parameters())
     state = {
         name: (value.half() if half and name in parameters else value).detach().cpu().contiguous()
         for name, value in network.state_dict().items()
     }
+    metadata = {"kind": kind, "config": json.dumps(config), "training": json.dumps(dict(training or {}))}
     with writing(path, advice="choose another folder", errors=(safetensors.SafetensorError,)) as part:
-        safetensors.torch.save_file(state, part, {"kind": kind, "config": json.dumps(config)})
+        safetensors.torch.save_file(state, part, metadata)
 
 
-def read_network(path: Path, *, kind: str, advice: str) -> tuple[dict[str, Any], dict[str, Tensor]]:
-    """The config and the state, in single precision, of a file that ``save_network`` wrote.
+def read_network(path: Path, kind: Kind, build: Callable[[Any], Network]) -> Network:
+    """The network of a file that ``save_network`` wrote, in single precision and ready to predict.
 
     Args:
         path: the file.
         kind: which network it must be of.
-        advice: what the user can do when it is another or broken.
+        build: makes the network from its config; JSON's lists have become tuples.
 
     Raises:
         FileError: the file is absent, broken, of another network, or holds weights that are not finite.
     """
+    import safetensors.torch  # noqa: PLC0415 - as above
+    import torch  # noqa: PLC0415
+
+    config, _ = _read_metadata(path, kind)
     try:
-        with safetensors.safe_open(path, "pt") as file:
-            metadata = file.metadata() or {}
-            state = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
-        config = json.loads(metadata["config"])
-        found = metadata["kind"]
-    except (OSError, safetensors.SafetensorError, KeyError, ValueError) as error:
-        raise FileError(path, f"is no file of the {kind} network's weights; {advice}") from error
-    if found != kind or not isinstance(config, dict):
-        raise FileError(path, f"is no file of the {kind} network's weights; {advice}")
-    state = {name: value.float() if value.is_floating_point() else value for name, value in state.items()}
+        network = build(config)
+        state = safetensors.torch.load_file(path)
+    except (OSError, safetensors.SafetensorError, TypeError, ValueError, LookupError, RuntimeError) as error:
+        raise _foreign(path, kind) from error
+    try:
+        network.load_state_dict(state)
+    except RuntimeError as error:
+        raise FileError(path, f"holds weights that do not fit the sizes it names; {_advice(kind)}") from error
     if not all(torch.isfinite(value).all() for value in state.values()):
-        raise FileError(path, f"holds weights that are not finite; {advice}")
-    return config, state
+        raise FileError(path, f"holds weights that are not finite; {_advice(kind)}")
+    return network.eval()
+
+
+def read_training(path: Path, kind: Kind) -> dict[str, Any]:
+    """What a network was trained on, as ``save_network`` was given it; empty where the file does not say.
+
+    Raises:
+        FileError: the file is absent, broken or of another network.
+    """
+    return _read_metadata(path, kind)[1]
+
+
+def _read_metadata(path: Path, kind: Kind) -> tuple[Any, dict[str, Any]]:
+    """The config, with tuples for lists, and what the network was trained on."""
+    import safetensors  # noqa: PLC0415 - only for those who read networks
+
+    try:
+        with safetensors.safe_open(path, "np") as file:
+            metadata = file.metadata() or {}
+        if "filling" in metadata:  # how the networks for the filling were written at first
+            metadata |= {"kind": "filling", "config": metadata["filling"]}
+        config, training = json.loads(metadata["config"]), json.loads(metadata.get("training", "{}"))
+    except (OSError, safetensors.SafetensorError, KeyError, ValueError) as error:
+        raise _foreign(path, kind) from error
+    if metadata.get("kind") != kind or not isinstance(training, dict):
+        raise _foreign(path, kind)
+    return _tuples(config), training
+
+
+def _tuples(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _tuples(item) for name, item in value.items()}
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _foreign(path: Path, kind: Kind) -> FileError:
+    return FileError(path, f"is not a file of the {kind} network's weights; {_advice(kind)}")
+
+
+def _advice(kind: Kind) -> str:
+    return f"train one with `python -m corsmal train {kind}`, or use the bundled file"
+
+
+def choose_device(name: str | None = None, *, prefer_gpu: bool = False) -> "torch.device":
+    """The device that a network runs on.
+
+    Args:
+        name: such as ``cuda:0``; default: the CPU.
+        prefer_gpu: by default a GPU where there is one.
+
+    Raises:
+        ArgumentError: there is no such device.
+    """
+    import torch  # noqa: PLC0415 - as above
+
+    try:
+        device = torch.device(name or ("cuda" if prefer_gpu and torch.cuda.is_available() else "cpu"))
+        torch.empty(1, device=device)
+    except (RuntimeError, AssertionError) as error:
+        raise ArgumentError(f"device {name!r} cannot be used: {str(error).splitlines()[0]}") from error
+    return device
 
 
 def read_checkpoint(path: Path) -> dict[str, Any] | None:
@@ -73,19 +215,21 @@ def read_checkpoint(path: Path) -> dict[str, Any] | None:
     Raises:
         FileError: the file is none.
     """
+    import torch  # noqa: PLC0415 - as above
+
     try:
         content = torch.load(path, map_location="cpu", weights_only=True)
-        content["state_dict"], content["epoch"], content["callbacks"]
+        content["state_dict"], content["epoch"], content["global_step"], content["callbacks"]
     except FileNotFoundError:
         return None
     except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
-        raise FileError(path, "is no checkpoint of this training; delete it to begin again") from error
+        raise FileError(path, "is not a checkpoint of this training; delete it to begin again") from error
     return dict(content)
 
 
 @contextlib.contextmanager
 def quiet_lightning() -> Iterator[None]:
-    """Without what Lightning says at every start: accelerators, other products, and that a run goes on."""
+    """Without what Lightning says at every start: accelerators, other products, and that a run is resumed."""
     logger = logging.getLogger("lightning.pytorch")
     level = logger.level
     logger.setLevel(logging.WARNING)

@@ -84,7 +84,7 @@ def chosen(dataset: "Dataset", ids: list[str] | None) -> "list[Recording]":
 
 def demo_detector(weights: Path | None = None) -> "Detector":
     """The demo's detector, with its own weights unless others are named."""
-    from corsmal.demo import DETECTOR_WEIGHTS  # noqa: PLC0415 - commands load what they need
-    from corsmal.detection import SmallDetector  # noqa: PLC0415
+    from corsmal.detection import SmallDetector  # noqa: PLC0415 - commands load what they need
+    from corsmal.weights import find_weights  # noqa: PLC0415
 
-    return SmallDetector(weights or DETECTOR_WEIGHTS)
+    return SmallDetector(find_weights("detector", weights).path)

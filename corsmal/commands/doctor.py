@@ -124,25 +124,26 @@ def _on_agreement(report: _Report, rows: "Iterable[Row]") -> None:
 def _on_networks(report: _Report) -> None:
     import torch  # noqa: PLC0415 - takes seconds
 
-    from corsmal.demo import DETECTOR_WEIGHTS, FILLING_WEIGHTS, MASS_WEIGHTS  # noqa: PLC0415
     from corsmal.detection import SmallDetector  # noqa: PLC0415
-    from corsmal.detection.weights import coco_weights_file  # noqa: PLC0415
+    from corsmal.detection.maskrcnn import coco_weights_file  # noqa: PLC0415
     from corsmal.filling import FillingPredictor  # noqa: PLC0415
     from corsmal.mass import MassPredictor  # noqa: PLC0415
+    from corsmal.weights import Kind, find_weights  # noqa: PLC0415
 
     coco = coco_weights_file()
     report.note(
         f"weights of Mask R-CNN: {coco if coco.is_file() else f'not there yet, downloaded on first use ({coco})'}"
     )
-    openers: tuple[tuple[str, Callable[[Path], object], Path], ...] = (
-        ("the demo's detector", lambda path: SmallDetector(path, device="cpu"), DETECTOR_WEIGHTS),
-        ("filling", FillingPredictor, FILLING_WEIGHTS),
-        ("mass", MassPredictor, MASS_WEIGHTS),
-    )
-    for name, opened, path in openers:
+    openers: dict[Kind, Callable[[Path], object]] = {
+        "detector": lambda path: SmallDetector(path, device="cpu"),
+        "filling": FillingPredictor,
+        "mass": MassPredictor,
+    }
+    for kind, opened in openers.items():
+        weights = find_weights(kind)
         try:
-            opened(path)
-            report.note(f"weights of {name}: {path}")
+            opened(weights.path)
+            report.note(f"{kind} weights ({weights.origin}): {weights.path}")
         except CorsmalError as error:
             report.problem(str(error))
     report.note(f"GPU: {torch.cuda.get_device_name() if torch.cuda.is_available() else 'none, the CPU is used'}")

@@ -19,7 +19,9 @@ Estimates = Annotated[Path, typer.Argument(help="The table that `estimate` wrote
 
 @app.command("detector")
 def detector(
-    weights: Annotated[Path | None, typer.Argument(help="Weights; default: those that came along.")] = None,
+    weights: Annotated[
+        Path | None, typer.Argument(help="Weights; default: CORSMAL_DETECTOR_WEIGHTS, else the bundled ones.")
+    ] = None,
     *,
     frames: Annotated[int, typer.Option(help="How many frames of the demo.", min=1)] = 200,
 ) -> None:
@@ -81,12 +83,12 @@ def mass(
 ) -> None:
     """Measure the network for the container's mass on a dataset whose containers were detected."""
     from corsmal.dataset import open_dataset  # noqa: PLC0415
-    from corsmal.demo import MASS_WEIGHTS  # noqa: PLC0415
     from corsmal.mass import MassPredictor, judge_mass, mass_table  # noqa: PLC0415
     from corsmal.stages.mass_rows import mass_rows  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
+    from corsmal.weights import find_weights  # noqa: PLC0415
 
-    predictor = MassPredictor(weights or MASS_WEIGHTS)
+    predictor = MassPredictor(find_weights("mass", weights).path)
     with progress_bar("recordings") as progress:
         rows = list(mass_rows(list(open_dataset(root)), store=Store(), progress=progress))
     judged = judge_mass(predictor, rows)

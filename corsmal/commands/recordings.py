@@ -41,20 +41,19 @@ def detect(
 ) -> None:
     """Find the containers in recordings' frames and keep the detections in the store; what is there stays."""
     from corsmal.dataset import open_dataset  # noqa: PLC0415
-    from corsmal.demo import DETECTOR_WEIGHTS  # noqa: PLC0415
     from corsmal.engines.engine import in_turn  # noqa: PLC0415 - commands load what they need
     from corsmal.engines.tasks import DetectTask  # noqa: PLC0415 - commands load what they need
     from corsmal.store import Store  # noqa: PLC0415
+    from corsmal.weights import find_weights  # noqa: PLC0415
 
     recordings, store = chosen(open_dataset(root), ids), Store()
     store.check_writable()
     gpu = engine == "local" and has_gpu()
     chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings), gpu=gpu)
-    named = weights or (DETECTOR_WEIGHTS if demo_weights else None)
     task = DetectTask(
         store.root.resolve(),
         method="small" if demo_weights else "coco",
-        weights=None if named is None else named.resolve(),
+        weights=find_weights("detector", weights).path if demo_weights else weights and weights.resolve(),
         every=every,
     )
     # opened before the work begins: weights that cannot be used are one sentence, not one for every recording
@@ -87,12 +86,12 @@ def estimate(
 ) -> None:
     """Estimate everything about recordings whose containers were detected; a run that was stopped goes on."""
     from corsmal.dataset import open_dataset  # noqa: PLC0415
-    from corsmal.demo import FILLING_WEIGHTS, MASS_WEIGHTS  # noqa: PLC0415
     from corsmal.engines.tasks import EstimateTask  # noqa: PLC0415 - commands load what they need
     from corsmal.estimation import training_means  # noqa: PLC0415
     from corsmal.evaluation import estimates_table, write_estimates  # noqa: PLC0415
     from corsmal.parameters import SHAPE_PRESETS  # noqa: PLC0415
     from corsmal.store import Store  # noqa: PLC0415
+    from corsmal.weights import find_weights  # noqa: PLC0415
 
     if preset not in SHAPE_PRESETS:
         raise typer.BadParameter(f"there are the presets {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
@@ -106,8 +105,8 @@ def estimate(
         store.root.resolve(),
         shape=SHAPE_PRESETS[preset] if wall is None else replace(SHAPE_PRESETS[preset], wall_mm=wall),
         means=tuple(training_means(dataset.table).items()),
-        filling=(filling or FILLING_WEIGHTS).resolve(),
-        mass=(mass or MASS_WEIGHTS).resolve(),
+        filling=find_weights("filling", filling).path,
+        mass=find_weights("mass", mass).path,
         features=None if features is None else features.resolve(),
     )
     task = replace(task, key=task.predictors().key)

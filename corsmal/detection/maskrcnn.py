@@ -1,7 +1,10 @@
 """Mask R-CNN with a ResNet-50 FPN backbone, torchvision's, trained on COCO (He et al., ICCV 2017)."""
 
+import http.client
+import os
 import pickle
-from collections.abc import Callable
+import shutil
+import urllib.request
 from pathlib import Path
 
 import safetensors
@@ -10,8 +13,14 @@ import torch
 from torchvision.models.detection import MaskRCNN, maskrcnn_resnet50_fpn
 
 from corsmal.detection.torch_detector import TorchDetector
-from corsmal.detection.weights import COCO_WEIGHTS_URL, coco_weights, coco_weights_file, file_sha256
 from corsmal.errors import ArgumentError, FileError
+from corsmal.files import writing
+from corsmal.weights import file_sha256
+
+COCO_WEIGHTS_URL = "https://download.pytorch.org/models/maskrcnn_resnet50_fpn_coco-bf2d0c1e.pth"
+"""torchvision's ``MaskRCNN_ResNet50_FPN_Weights.COCO_V1``; the name ends in the first digits of its SHA-256."""
+
+TIMEOUT_S = 30
 
 CLASS_COUNT = 91
 """COCO's category numbers up to 90, and 0 for the background."""
@@ -32,7 +41,6 @@ class MaskRCNNDetector(TorchDetector):
         device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
         score_min: detections with a lower score are not reported.
         image_side_min_px: images are scaled so that their shorter side has so many pixels (800 in training).
-        progress: called during a download with the fraction that is done, 0..1.
 
     Raises:
         ArgumentError: a number is out of range or there is no such device.
@@ -50,13 +58,12 @@ class MaskRCNNDetector(TorchDetector):
         device: str | None = None,
         score_min: float = 0.05,
         image_side_min_px: int = 800,
-        progress: Callable[[float], None] | None = None,
     ) -> None:
         if not 0 <= score_min <= 1:
             raise ArgumentError(f"score_min must lie in 0..1, got {score_min}")
         if image_side_min_px < 1:
             raise ArgumentError(f"image_side_min_px must be positive, got {image_side_min_px}")
-        path = coco_weights(coco_weights_file().parent, progress=progress) if weights is None else Path(weights)
+        path = coco_weights() if weights is None else Path(weights)
         sha256, state = _read_weights(path, check_name=weights is None)
         network = maskrcnn_resnet50_fpn(
             weights=None,
@@ -72,6 +79,33 @@ class MaskRCNNDetector(TorchDetector):
             digest=f"Mask R-CNN {sha256}, score {score_min!r}, side {image_side_min_px}",
             device=device,
         )
+
+
+def coco_weights_file() -> Path:
+    """Where the COCO weights are looked for: in the folder that ``CORSMAL_WEIGHTS`` names, else in PyTorch's own."""
+    folder = os.environ.get("CORSMAL_WEIGHTS") or Path(torch.hub.get_dir(), "checkpoints")
+    return Path(folder, COCO_WEIGHTS_URL.rsplit("/", 1)[-1])
+
+
+def coco_weights() -> Path:
+    """The file of the COCO weights, downloaded where it is missing.
+
+    Raises:
+        FileError: it cannot be downloaded; the text says which file to put where.
+    """
+    path = coco_weights_file()
+    if path.is_file():
+        return path
+    with writing(path, advice="set CORSMAL_WEIGHTS to another folder") as part:
+        try:
+            with urllib.request.urlopen(COCO_WEIGHTS_URL, timeout=TIMEOUT_S) as response, part.open("wb") as file:
+                shutil.copyfileobj(response, file)
+        except (OSError, http.client.HTTPException) as error:
+            problem = f"is missing and cannot be fetched ({error}); download {COCO_WEIGHTS_URL} and put it there"
+            raise FileError(path, problem) from error
+        if not file_sha256(part).startswith(path.stem.rsplit("-", 1)[-1]):
+            raise FileError(path, f"arrived damaged from {COCO_WEIGHTS_URL}; try again")
+    return path
 
 
 def _read_weights(path: Path, *, check_name: bool) -> tuple[str, dict[str, torch.Tensor]]:

@@ -18,12 +18,10 @@ from torchvision.ops import FeaturePyramidNetwork, MultiScaleRoIAlign
 from torchvision.ops.feature_pyramid_network import LastLevelMaxPool
 
 from corsmal.detection.torch_detector import TorchDetector
-from corsmal.detection.weights import file_sha256
-from corsmal.errors import ArgumentError, FileError
-from corsmal.weights import read_network, save_network
+from corsmal.errors import ArgumentError
+from corsmal.weights import file_sha256, read_network, save_network
 
 LEVELS = 4
-KIND, ADVICE = "detector", "take the file that came along"
 
 
 @dataclass(frozen=True)
@@ -154,49 +152,51 @@ class CoarseProposals(nn.Module):
         return proposals
 
 
-def small_mask_rcnn(config: SmallMaskRCNNConfig | None = None, *, score_min: float = 0.05) -> MaskRCNN:
+class SmallMaskRCNN(MaskRCNN):
     """The network, with random weights.
 
     Args:
         config: its sizes.
         score_min: detections with a lower score are not returned.
     """
-    config = config or SmallMaskRCNNConfig()
-    classes = len(config.labels) + config.unreported + 1
-    network = MaskRCNN(
-        Pyramid(config),
-        num_classes=None,
-        min_size=config.image_side_min,
-        max_size=config.image_side_max,
-        image_mean=[0.5, 0.5, 0.5],
-        image_std=[0.25, 0.25, 0.25],
-        rpn_anchor_generator=AnchorGenerator(config.anchor_sizes, (config.anchor_ratios,) * len(config.anchor_sizes)),
-        rpn_pre_nms_top_n_train=400,
-        rpn_pre_nms_top_n_test=200,
-        rpn_post_nms_top_n_train=200,
-        rpn_post_nms_top_n_test=60,
-        rpn_batch_size_per_image=128,
-        box_roi_pool=MultiScaleRoIAlign(["0", "1", "2", "3"], output_size=7, sampling_ratio=2, canonical_scale=112),
-        box_head=TwoMLPHead(config.pyramid * 49, config.box_head),
-        box_predictor=FastRCNNPredictor(config.box_head, classes),
-        box_batch_size_per_image=32,
-        box_score_thresh=score_min,
-        box_detections_per_img=10,
-        mask_roi_pool=MultiScaleRoIAlign(
-            ["0", "1", "2", "3"], output_size=config.mask_side // 2, sampling_ratio=2, canonical_scale=config.mask_scale
-        ),
-        mask_head=MaskRCNNHeads(config.pyramid, config.mask_layers, 1),
-        mask_predictor=MaskRCNNPredictor(config.mask_layers[-1], config.mask_layers[-1], classes),
-    )
-    network.rpn = CoarseProposals(network.rpn)
-    return network
+
+    rpn: nn.Module
+
+    def __init__(self, config: SmallMaskRCNNConfig, *, score_min: float = 0.05) -> None:
+        classes = len(config.labels) + config.unreported + 1
+        levels, pooled = ["0", "1", "2", "3"], config.mask_side // 2
+        super().__init__(
+            Pyramid(config),
+            num_classes=None,
+            min_size=config.image_side_min,
+            max_size=config.image_side_max,
+            image_mean=[0.5, 0.5, 0.5],
+            image_std=[0.25, 0.25, 0.25],
+            rpn_anchor_generator=AnchorGenerator(config.anchor_sizes, (config.anchor_ratios,) * LEVELS),
+            rpn_pre_nms_top_n_train=400,
+            rpn_pre_nms_top_n_test=200,
+            rpn_post_nms_top_n_train=200,
+            rpn_post_nms_top_n_test=60,
+            rpn_batch_size_per_image=128,
+            box_roi_pool=MultiScaleRoIAlign(levels, output_size=7, sampling_ratio=2, canonical_scale=112),
+            box_head=TwoMLPHead(config.pyramid * 49, config.box_head),
+            box_predictor=FastRCNNPredictor(config.box_head, classes),
+            box_batch_size_per_image=32,
+            box_score_thresh=score_min,
+            box_detections_per_img=10,
+            mask_roi_pool=MultiScaleRoIAlign(levels, pooled, sampling_ratio=2, canonical_scale=config.mask_scale),
+            mask_head=MaskRCNNHeads(config.pyramid, config.mask_layers, 1),
+            mask_predictor=MaskRCNNPredictor(config.mask_layers[-1], config.mask_layers[-1], classes),
+        )
+        self.rpn = CoarseProposals(self.rpn)
+        self.config = config
 
 
 class SmallDetector(TorchDetector):
-    """The demo's detector: a ``small_mask_rcnn`` with weights from a file.
+    """The demo's detector: a ``SmallMaskRCNN`` with weights from a file.
 
     Args:
-        weights: safetensors written by ``save_weights``.
+        weights: safetensors written by ``save_detector``.
         device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
         score_min: detections with a lower score are not reported.
 
@@ -205,42 +205,33 @@ class SmallDetector(TorchDetector):
     """
 
     def __init__(self, weights: Path, *, device: str | None = None, score_min: float = 0.05) -> None:
-        config, state = read_weights(weights)
-        network = small_mask_rcnn(config, score_min=score_min)
-        try:
-            network.load_state_dict(state)
-        except RuntimeError as error:
-            raise FileError(weights, "holds the weights of another network; take the file that came along") from error
+        network = read_detector(weights, score_min=score_min)
         super().__init__(
             network.to(memory_format=torch.channels_last),
             name=f"small Mask R-CNN, weights {weights.name}",
             digest=f"small Mask R-CNN {file_sha256(weights)}, score {score_min!r}",
             device=device,
-            labels=(*config.labels, *(0,) * config.unreported),
+            labels=(*network.config.labels, *(0,) * network.config.unreported),
         )
 
 
-def save_weights(path: Path, network: MaskRCNN, config: SmallMaskRCNNConfig) -> None:
-    """Write the weights in half precision, with the config beside them.
+def save_detector(path: Path, network: SmallMaskRCNN, *, training: Mapping[str, Any] | None = None) -> None:
+    """Write the weights in half precision with the config and what the network was trained on.
 
     Raises:
         FileError: the file cannot be written.
     """
-    save_network(path, network, kind=KIND, config=asdict(config), half=True)
+    save_network(path, network, kind="detector", config=asdict(network.config), training=training, half=True)
 
 
-def read_weights(path: Path) -> tuple[SmallMaskRCNNConfig, dict[str, Tensor]]:
-    """The config and the state dict of a file that ``save_weights`` wrote.
+def read_detector(path: Path, *, score_min: float = 0.05) -> SmallMaskRCNN:
+    """The network of a file that ``save_detector`` wrote.
 
     Raises:
-        FileError: the file is absent or is none.
+        FileError: the file is absent, broken, or of another network.
     """
-    content, state = read_network(path, kind=KIND, advice=ADVICE)
-    try:
-        return SmallMaskRCNNConfig(**{name: _tuples(value) for name, value in content.items()}), state
-    except (TypeError, ValueError) as error:
-        raise FileError(path, f"is no file of the {KIND} network's weights; {ADVICE}") from error
 
+    def build(config: dict[str, Any]) -> SmallMaskRCNN:
+        return SmallMaskRCNN(SmallMaskRCNNConfig(**config), score_min=score_min)
 
-def _tuples(value: Any) -> Any:
-    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
+    return read_network(path, "detector", build)

@@ -9,6 +9,7 @@ from torchvision.models.detection import MaskRCNN
 
 from corsmal.detection.record import Detections
 from corsmal.errors import ArgumentError
+from corsmal.weights import choose_device
 
 MASK_THRESHOLD = 0.5
 
@@ -37,7 +38,7 @@ class TorchDetector:
         device: str | None = None,
         labels: Sequence[int] | None = None,
     ) -> None:
-        self.device = _device(device)
+        self.device = choose_device(device, prefer_gpu=True)
         self._network = network.to(self.device).eval()
         self._name, self._digest = name, digest
         self._labels = None if labels is None else np.array([0, *labels])
@@ -84,12 +85,3 @@ class TorchDetector:
             labels=labels[reported],
             masks=masks.cpu().numpy(),
         )
-
-
-def _device(name: str | None) -> torch.device:
-    try:
-        device = torch.device(name or ("cuda" if torch.cuda.is_available() else "cpu"))
-        torch.empty(1, device=device)
-    except (RuntimeError, AssertionError) as error:
-        raise ArgumentError(f"device {name!r} cannot be used: {str(error).splitlines()[0]}") from error
-    return device

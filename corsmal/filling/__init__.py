@@ -13,12 +13,11 @@ if TYPE_CHECKING:
     from corsmal.filling.crossvalidation import cross_validate
     from corsmal.filling.folds import WINNERS_FOLDS, folds_by_container, spread_folds
     from corsmal.filling.frontend import LogMelParameters, log_mel
-    from corsmal.filling.network import FillingModel
+    from corsmal.filling.network import FillingModel, read_filling, save_filling
     from corsmal.filling.prediction import FillingPredictor
     from corsmal.filling.recipe import FillingTraining
     from corsmal.filling.samples import FillingSample, filling_samples
     from corsmal.filling.training import train_filling
-    from corsmal.filling.weights import read_filling, save_filling
 
 __all__ = [
     "FEASIBLE_PAIRS",
@@ -49,12 +48,11 @@ _FILES = {
     "folds": ("WINNERS_FOLDS", "folds_by_container", "spread_folds"),
     "frontend": ("LogMelParameters", "log_mel"),
     "config": ("FillingConfig",),
-    "network": ("FillingModel",),
+    "network": ("FillingModel", "read_filling", "save_filling"),
     "prediction": ("FillingPredictor",),
     "recipe": ("FillingTraining",),
     "samples": ("FillingSample", "filling_samples"),
     "training": ("train_filling",),
-    "weights": ("read_filling", "save_filling"),
 }
 
 

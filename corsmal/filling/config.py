@@ -1,10 +1,14 @@
 """The sizes of the filling network, with the paper's preset and a tuned one."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import get_args
 
 from corsmal.errors import ArgumentError
 from corsmal.filling.records import Decoding
+
+MODELS_MAX = 8
+"""More models than this in one file make a prediction slow and hardly better."""
 
 
 @dataclass(frozen=True)
@@ -66,3 +70,16 @@ class FillingConfig:
     def tuned(cls, *, channels: int = 8, standardise: bool = False) -> "FillingConfig":
         """The same layers; the heads know the duration, and only pairs that exist are answered."""
         return cls(channels=channels, duration_input=True, standardise=standardise, decoding="feasible")
+
+
+def check_together(configs: Sequence[FillingConfig]) -> None:
+    """Whether one file may hold models of these configs.
+
+    Raises:
+        ArgumentError: there is none, there are too many, or they differ in what they expect or how they are read.
+    """
+    if not 1 <= len(configs) <= MODELS_MAX:
+        raise ArgumentError(f"models must be 1 to {MODELS_MAX}, got {len(configs)}")
+    kinds = {(config.channels, config.features, config.decoding) for config in configs}
+    if len(kinds) > 1:
+        raise ArgumentError(f"models must agree on channels, features and decoding, got {sorted(kinds)}")

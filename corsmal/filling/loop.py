@@ -2,10 +2,8 @@
 
 import contextlib
 import ctypes
-import logging
 import math
-import pickle
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,10 +16,10 @@ from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from corsmal.errors import FileError
 from corsmal.files import writing
 from corsmal.filling.module import FillingModule, stream
-from corsmal.filling.network import FillingModel
+from corsmal.filling.network import FillingModel, read_filling, save_filling
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import FillingSample
-from corsmal.filling.weights import read_filling, save_filling
+from corsmal.weights import quiet_lightning, read_checkpoint
 
 LOSS_FLOOR = 0.15
 """Of either loss in rule (1)."""
@@ -33,7 +31,6 @@ LONG_ROWS = 100
 MALLOPT = {-1: 2**31 - 1, -3: 32 * 2**20}
 """glibc's M_TRIM_THRESHOLD and M_MMAP_THRESHOLD, both as high as they go."""
 
-BROKEN = "is no checkpoint of this training; delete it to begin again"
 DIVERGED = "training diverged; delete the folder and lower the learning rate"
 
 
@@ -85,9 +82,9 @@ def fit_network(
     if done.exists():
         return read_filling(done)[0]
     last = folder / "checkpoints" / "last.ckpt"
-    _check_checkpoint(last)
+    is_begun = read_checkpoint(last) is not None
     keep_freed_memory()
-    with torch.random.fork_rng(devices=range(torch.cuda.device_count())), _quiet():
+    with torch.random.fork_rng(devices=range(torch.cuda.device_count())), quiet_lightning():
         torch.manual_seed(stream(seed, index))
         module = FillingModule(training, index, samples, validation, seed=seed)
         keeper = KeepBest(folder / "kept.safetensors", module.network)
@@ -95,7 +92,7 @@ def fit_network(
         trainer = _trainer(
             folder, callbacks, epochs=training.epochs, validated=bool(validation), precision=precision(samples)
         )
-        trainer.fit(module, ckpt_path=last if last.exists() else None, weights_only=True)
+        trainer.fit(module, ckpt_path=last if is_begun else None, weights_only=True)
     network = keeper.kept() if training.keep == "best" else module.network.cpu().eval()
     if not all(torch.isfinite(value).all() for value in network.state_dict().values()):
         raise FileError(folder, DIVERGED)
@@ -113,11 +110,10 @@ def epochs_kept(folder: Path) -> int:
         FileError: its checkpoint is absent or broken.
     """
     last = folder / "checkpoints" / "last.ckpt"
-    state = _check_checkpoint(last)
     try:
-        return int(state["KeepBest"]["epochs"])
+        return int((read_checkpoint(last) or {})["callbacks"]["KeepBest"]["epochs"])
     except (LookupError, TypeError, ValueError) as error:
-        raise FileError(last, BROKEN) from error
+        raise FileError(last, "is not a checkpoint of this training; delete it to begin again") from error
 
 
 def keep_freed_memory() -> None:
@@ -219,25 +215,3 @@ class _Progress(Callback):
     def on_train_epoch_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule) -> None:  # noqa: ARG002 - Lightning's signature
         if self._report is not None:
             self._report((trainer.current_epoch + 1) / (trainer.max_epochs or 1))
-
-
-def _check_checkpoint(path: Path) -> dict[str, Any]:
-    """What its callbacks kept; empty where there is no checkpoint yet."""
-    try:
-        return dict(torch.load(path, map_location="cpu", weights_only=True)["callbacks"])
-    except FileNotFoundError:
-        return {}
-    except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
-        raise FileError(path, BROKEN) from error
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Lightning says on every fit which accelerators there are; a cross-validation has dozens of fits."""
-    logger = logging.getLogger("lightning.pytorch")
-    level = logger.level
-    logger.setLevel(logging.WARNING)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)

@@ -5,7 +5,10 @@ after the last; the FC layers inside a block are twice as wide as the features; 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -13,8 +16,9 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.config import FillingConfig
+from corsmal.filling.config import FillingConfig, check_together
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
+from corsmal.weights import read_network, save_network
 
 KERNEL = 5
 KERNEL_NOISE = 0.02
@@ -258,3 +262,35 @@ def sinusoidal_positions(length: int, width: int) -> Tensor:
     rates = torch.exp(torch.arange(0, width, 2) * (-math.log(10_000) / width))
     angles = torch.arange(length)[:, None] * rates  # (length, width / 2)
     return torch.stack([angles.sin(), angles.cos()], dim=-1).flatten(1)
+
+
+def save_filling(path: Path, models: Sequence[FillingModel], *, training: Mapping[str, Any] | None = None) -> None:
+    """Write up to eight models, whose probabilities are averaged, with their configs and what they were trained on.
+
+    Args:
+        path: the file, ``.safetensors``.
+        models: they must expect the same channels and features and read their answers alike.
+        training: anything that JSON can hold.
+
+    Raises:
+        ArgumentError: there is none, there are too many, or they do not belong together.
+        FileError: the file cannot be written.
+    """
+    configs = [model.config for model in models]
+    check_together(configs)
+    save_network(path, nn.ModuleList(models), kind="filling", config=list(map(asdict, configs)), training=training)
+
+
+def read_filling(path: Path) -> list[FillingModel]:
+    """The models of a file that ``save_filling`` wrote, ready to predict.
+
+    Raises:
+        FileError: the file is absent, broken, holds something else, or holds weights that are not finite.
+    """
+
+    def build(contents: Sequence[dict[str, Any]]) -> nn.ModuleList:
+        configs = [FillingConfig(**content) for content in contents]
+        check_together(configs)
+        return nn.ModuleList(map(FillingModel, configs))
+
+    return [model for model in read_network(path, "filling", build) if isinstance(model, FillingModel)]

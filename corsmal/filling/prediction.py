@@ -8,12 +8,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from corsmal.detection.weights import file_sha256
 from corsmal.errors import ArgumentError
 from corsmal.filling.config import FillingConfig
-from corsmal.filling.network import FillingModel
+from corsmal.filling.network import FillingModel, read_filling
 from corsmal.filling.records import FillingPrediction
-from corsmal.filling.weights import read_filling
+from corsmal.weights import choose_device, file_sha256
 
 WINDOWS_AT_ONCE = 32
 PROBABILITY_MIN = 1e-12
@@ -38,10 +37,8 @@ class FillingPredictor:
     """
 
     def __init__(self, weights: Path, *, device: str | None = None) -> None:
-        self._models = read_filling(weights)
-        self._device = _device(device)
-        for model in self._models:
-            model.to(self._device)
+        self._device = choose_device(device)
+        self._models = [model.to(self._device) for model in read_filling(weights)]
         count = len(self._models)
         self.name = f"filling network, weights {weights.name}" + (f", mean of {count}" if count > 1 else "")
         self.digest = f"filling network {file_sha256(weights)}"
@@ -139,12 +136,3 @@ def _mean_logits(logits: Sequence[Tensor]) -> Tensor:
     if len(logits) == 1:
         return logits[0]
     return torch.stack(tuple(logits)).softmax(dim=-1).mean(dim=0).clamp_min(PROBABILITY_MIN).log()
-
-
-def _device(name: str | None) -> torch.device:
-    try:
-        device = torch.device(name or "cpu")
-        torch.empty(1, device=device)
-    except (RuntimeError, AssertionError) as error:
-        raise ArgumentError(f"device {name!r} cannot be used: {str(error).splitlines()[0]}") from error
-    return device

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.config import FillingConfig
+from corsmal.filling.config import FillingConfig, check_together
 from corsmal.filling.samples import Task
-from corsmal.filling.weights import check_together
 
 Preset = Literal["paper", "tuned"]
 Passes = Literal["alternating", "joint"]

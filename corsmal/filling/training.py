@@ -12,10 +12,10 @@ from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
 from corsmal.filling.folds import PAPER_FOLDS, spread_folds
 from corsmal.filling.loop import epochs_kept, fit_network
+from corsmal.filling.network import read_filling, save_filling
 from corsmal.filling.recipe import FillingTraining, Preset
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
 from corsmal.filling.samples import FillingSample
-from corsmal.filling.weights import read_filling, save_filling
 
 ANEW = 2
 """So many times the epochs at a rate that is lowered to zero, which is half as large on the average."""

@@ -12,10 +12,9 @@ from corsmal.mass.records import MassPrediction, MassRow, RestoredMask
 from corsmal.mass.restoration import restore_mask
 
 if TYPE_CHECKING:
-    from corsmal.mass.network import MassConfig, MassModel
+    from corsmal.mass.network import MassConfig, MassModel, read_mass, save_mass
     from corsmal.mass.prediction import MassPredictor
     from corsmal.mass.training import MassTraining, train_mass
-    from corsmal.mass.weights import read_mass, save_mass
 
 __all__ = [
     "Axis",
@@ -36,10 +35,9 @@ __all__ = [
 ]
 
 _FILES = {
-    "network": ("MassConfig", "MassModel"),
+    "network": ("MassConfig", "MassModel", "read_mass", "save_mass"),
     "prediction": ("MassPredictor",),
     "training": ("MassTraining", "train_mass"),
-    "weights": ("read_mass", "save_mass"),
 }
 
 

@@ -1,13 +1,16 @@
 """The network that weighs a container by its silhouette and its dimensions (paper 3.3 and Fig. 2)."""
 
-from dataclasses import dataclass
-from typing import Literal, get_args
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
 
 import torch
 from torch import Tensor, nn
 
 from corsmal.errors import ArgumentError
 from corsmal.mass.axis import AXIS_RULES, AxisRule
+from corsmal.weights import read_network, save_network
 
 SIDE_PX = 112
 """Of the image that the network sees."""
@@ -149,3 +152,21 @@ class MassModel(nn.Module):
 
     def _scaled(self, numbers: Tensor) -> Tensor:
         return torch.log(numbers) if self.config.target == "log mass" else numbers
+
+
+def save_mass(path: Path, model: MassModel, *, training: Mapping[str, Any] | None = None) -> None:
+    """Write a model's weights in half precision, its statistics, its config and what it was trained on.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    save_network(path, model, kind="mass", config=asdict(model.config), training=training, half=True)
+
+
+def read_mass(path: Path) -> MassModel:
+    """The model of a file that ``save_mass`` wrote, ready to predict.
+
+    Raises:
+        FileError: the file is absent, broken, holds something else, or holds weights that are not finite.
+    """
+    return read_network(path, "mass", lambda config: MassModel(MassConfig(**config)))

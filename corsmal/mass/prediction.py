@@ -6,13 +6,11 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from corsmal.detection.weights import file_sha256
-from corsmal.errors import ArgumentError
 from corsmal.mass.inputs import MassInput, mass_input
-from corsmal.mass.network import MassConfig
+from corsmal.mass.network import MassConfig, read_mass
 from corsmal.mass.records import MassPrediction
 from corsmal.mass.restoration import PADDING_PX
-from corsmal.mass.weights import read_mass
+from corsmal.weights import choose_device, file_sha256
 
 
 class MassPredictor:
@@ -32,12 +30,8 @@ class MassPredictor:
     """
 
     def __init__(self, weights: Path, *, device: str | None = None) -> None:
-        self._model = read_mass(weights)
-        try:
-            self._device = torch.device(device or "cpu")
-            self._model.to(self._device)
-        except (RuntimeError, AssertionError) as error:
-            raise ArgumentError(f"device {device!r} cannot be used: {str(error).splitlines()[0]}") from error
+        self._device = choose_device(device)
+        self._model = read_mass(weights).to(self._device)
         self.name = f"mass network, weights {weights.name}"
         self.digest = f"mass network {file_sha256(weights)}"
 

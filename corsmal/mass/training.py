@@ -14,10 +14,9 @@ from torch import Tensor
 from torch.nn import functional
 
 from corsmal.errors import ArgumentError, FileError
-from corsmal.mass.network import MassConfig, MassModel
+from corsmal.mass.network import MassConfig, MassModel, save_mass
 from corsmal.mass.records import MassRow
 from corsmal.mass.samples import Batch, Batches, MassSamples, held_out
-from corsmal.mass.weights import save_mass
 from corsmal.weights import quiet_lightning, read_checkpoint
 
 LOSS = "validation_loss"

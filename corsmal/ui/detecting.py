@@ -3,7 +3,6 @@
 import streamlit as st
 
 from corsmal.dataset import Recording
-from corsmal.demo import DETECTOR_WEIGHTS
 from corsmal.detection import Detector
 from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS
@@ -13,6 +12,7 @@ from corsmal.ui import data, session
 from corsmal.ui.components import notes, plain
 from corsmal.ui.jobs import Job, progress_text
 from corsmal.ui.viewer import longest_view
+from corsmal.weights import find_weights
 
 DETECTORS = {"coco": "Mask R-CNN, COCO weights", "demo": "small Mask R-CNN of the demo"}
 SEARCH_STEP = 10
@@ -80,7 +80,7 @@ def open_detector(name: str) -> Detector:
     """
     from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415 - PyTorch takes seconds to import
 
-    return SmallDetector(DETECTOR_WEIGHTS) if name == "demo" else MaskRCNNDetector()
+    return SmallDetector(find_weights("detector").path) if name == "demo" else MaskRCNNDetector()
 
 
 def _uninspected(recording: Recording, found: DetectionSet) -> list[str]:

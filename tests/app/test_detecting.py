@@ -12,10 +12,11 @@ import pytest
 
 import corsmal.detection
 from corsmal.detection import Detections
-from corsmal.detection.weights import COCO_WEIGHTS_URL
+from corsmal.detection.maskrcnn import COCO_WEIGHTS_URL
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.ui import data
 from corsmal.ui.folders import is_demo_ready
+from corsmal.weights import bundled_path
 from tests.app.driver import Visitor
 from tests.tiny import CONTAINERS, CUP, FRAMES, base_in_frame, silhouette, tiny_cameras
 
@@ -193,7 +194,7 @@ def test_coco_is_the_first_choice_elsewhere_and_the_demos_network_on_the_demo(
     box.set_value("demo").run()
     visitor.press("Find the best frame")
     visitor.wait_for(is_done)
-    assert Small.weights == (corsmal.demo.DETECTOR_WEIGHTS,)
+    assert Small.weights == (bundled_path("detector"),)
     assert inspected(visitor) == 6
     on_demo = Visitor()
     on_demo.wait_for(lambda _visitor: is_demo_ready() and is_done(_visitor))

@@ -272,7 +272,7 @@ def test_broken_or_missing_weights_leave_the_sound(
     broken.write_bytes(weights.read_bytes()[:500])
     other = write_weights(tmp_path / "other.safetensors", channels=1)
     missing = tmp_path / "missing.safetensors"
-    for path, words in ((broken, "is no file"), (other, "1 × 128 features"), (missing, "weights are missing")):
+    for path, words in ((broken, "is not a file"), (other, "1 × 128 features"), (missing, "weights are missing")):
         monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(path))
         visitor = Visitor(root).open("filling")
         assert visitor.crashes == []
@@ -288,8 +288,7 @@ def test_weights_of_the_demo_are_said_to_be_of_synthetic_sound(
     root: Path, weights: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("CORSMAL_FILLING_WEIGHTS")
-    for module in (sound, filling):
-        monkeypatch.setattr(module, "FILLING_WEIGHTS", weights)
+    monkeypatch.setattr("corsmal.weights.bundled_path", lambda _kind: weights)
     visitor = Visitor(root).open("filling")
     (warning,) = visitor.warnings
     assert "synthetic sound" in warning

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from streamlit.delta_generator import DeltaGenerator
 
 from corsmal.dataset import open_dataset
-from corsmal.demo import FILLING_WEIGHTS
 from corsmal.detection import Detections, ViewDetections
 from corsmal.detection.parquet import write_parquet
 from corsmal.estimation import container_mask, fit_frame
@@ -23,6 +22,7 @@ from corsmal.parameters import SelectionParameters
 from corsmal.stages.detections import load_detections
 from corsmal.store import Store
 from corsmal.ui.mass.object_mass import Filling, error_text, grams
+from corsmal.weights import bundled_path
 from tests.app.driver import Visitor, amount
 from tests.tiny import CUP, SIZE, coco_result, write_json
 
@@ -241,7 +241,7 @@ def test_weights_that_cannot_be_used_leave_the_pictures(
     visitor = Visitor(sound_root).open("mass")
     assert visitor.crashes == visitor.warnings == []
     assert len(visitor.errors) == 1
-    assert visitor.errors[0].startswith(f"{path}: is no file of the mass network's weights; train one")
+    assert visitor.errors[0].startswith(f"{path}: is not a file of the mass network's weights; train one")
     assert visitor.metrics["Container mass"] == "unknown"
     assert list(panels(visitor)) == ["Seen", "Restored", "The network's input"]
 
@@ -250,7 +250,7 @@ def test_demos_weights_are_called_a_guess_on_recordings_without_a_truth(
     root: Path, weights: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert "synthetic" not in Visitor(root).open("mass").sentences
-    monkeypatch.setattr("corsmal.ui.mass.cached.MASS_WEIGHTS", weights)
+    monkeypatch.setattr("corsmal.weights.bundled_path", lambda _kind: weights)
     assert "learnt from **synthetic** containers alone" in Visitor(root).open("mass").sentences
     write_truth(root, np.ones((6, 2, 2), dtype=bool))
     assert "synthetic" not in Visitor(root).open("mass").sentences
@@ -321,7 +321,7 @@ def test_network_that_wants_the_scale_is_given_it(
 
 def test_filling_is_what_the_sound_says(visitor: Visitor, sound_root: Path) -> None:
     recording = open_dataset(sound_root)["000000"]
-    pair = FillingPredictor(FILLING_WEIGHTS).predict(recording_features(recording).values).pair
+    pair = FillingPredictor(bundled_path("filling")).predict(recording_features(recording).values).pair
     assert pair is not None
     heard = Filling(*pair, "the sound")
     assert f"{heard.text}, from the sound" in visitor.sentences

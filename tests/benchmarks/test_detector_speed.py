@@ -6,16 +6,15 @@ import pytest
 import torch
 
 from corsmal.dataset import open_dataset
-from corsmal.demo import DETECTOR_WEIGHTS
 from corsmal.detection import SmallDetector
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import detect_recording
 from corsmal.store import Store
 from corsmal.synthetic.render.frame import render_frame
 from corsmal.synthetic.scene.scene import training_scene
+from corsmal.weights import bundled_path
 from tests.tiny import write_tiny_dataset
 
-pytestmark = pytest.mark.skipif(not DETECTOR_WEIGHTS.is_file(), reason="the demo's detector was not trained")
 one_frame = pytest.mark.benchmark(group="detect a frame", max_time=1.5)
 one_recording = pytest.mark.benchmark(group="detect a recording")
 BATCH = 4
@@ -23,7 +22,7 @@ BATCH = 4
 
 @pytest.fixture(scope="module")
 def detector():
-    return SmallDetector(DETECTOR_WEIGHTS)
+    return SmallDetector(bundled_path("detector"))
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 import torch
 
-from corsmal.demo import MASS_WEIGHTS
 from corsmal.mass import MassPredictor, restore_mask
+from corsmal.weights import bundled_path
 from tests.mass.made import CUP, container, gripped
 
 restoring = pytest.mark.benchmark(group="restore", max_time=0.4)
@@ -41,9 +41,7 @@ def test_bare_contours_and_mirror_image_of_the_box(benchmark, mask):
 
 @pytest.fixture(scope="module")
 def predictor():
-    if not MASS_WEIGHTS.is_file():
-        pytest.skip("the demo's mass network was not trained")
-    return MassPredictor(MASS_WEIGHTS)
+    return MassPredictor(bundled_path("mass"))
 
 
 @weighing

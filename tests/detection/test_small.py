@@ -7,31 +7,31 @@ import safetensors
 import safetensors.torch
 import torch
 
-from corsmal.demo import DETECTOR_WEIGHTS
 from corsmal.detection import SmallDetector
-from corsmal.detection.small import SmallMaskRCNNConfig, read_weights, save_weights, small_mask_rcnn
+from corsmal.detection.small import SmallMaskRCNN, SmallMaskRCNNConfig, read_detector, save_detector
 from corsmal.errors import FileError
 from corsmal.synthetic.render.frame import render_frame
 from corsmal.synthetic.scene.scene import make_scene
+from corsmal.weights import bundled_path
 
 CONFIG = SmallMaskRCNNConfig(
     widths=(8, 8, 8, 8), blocks=(1, 1, 1, 1), pyramid=8, box_head=16, mask_layers=(8,), image_side_min=90,
     image_side_max=160,
 )  # fmt: skip
-ADVICE = "take the (one|file) that came along"
+ADVICE = "use the bundled file"
 
 
 @pytest.fixture(scope="module")
 def network():
     with torch.random.fork_rng():
         torch.manual_seed(5)
-        return small_mask_rcnn(CONFIG)
+        return SmallMaskRCNN(CONFIG)
 
 
 @pytest.fixture(scope="module")
 def weights(network, tmp_path_factory):
     path = tmp_path_factory.mktemp("weights") / "untrained.safetensors"
-    save_weights(path, network, CONFIG)
+    save_detector(path, network)
     return path
 
 
@@ -67,8 +67,9 @@ def test_weights_come_back_in_half_precision_and_statistics_as_they_are(network,
     with safetensors.safe_open(weights, "pt") as file:
         kinds = {file.get_tensor(name).dtype for name in file.keys() if name in trained}  # noqa: SIM118
     assert kinds == {torch.float16}
-    config, state = read_weights(weights)
-    assert config == CONFIG
+    read = read_detector(weights)
+    assert read.config == CONFIG
+    state = read.state_dict()
     assert state.keys() == network.state_dict().keys()
     for name, value in network.state_dict().items():
         assert state[name].dtype == value.dtype
@@ -106,7 +107,7 @@ def test_every_class_of_the_network_is_a_coco_number(weights, monkeypatch):
 
 def test_classes_that_are_not_to_be_reported_are_left_out(tmp_path, monkeypatch):
     config = SmallMaskRCNNConfig(labels=(47,), unreported=1)
-    save_weights(tmp_path / "weights.safetensors", small_mask_rcnn(config), config)
+    save_detector(tmp_path / "weights.safetensors", SmallMaskRCNN(config))
     detector = SmallDetector(tmp_path / "weights.safetensors", device="cpu")
     answer = {
         "boxes": torch.tensor([[2.0, 3, 8, 9], [4, 5, 6, 7], [1, 1, 4, 4]]),
@@ -217,7 +218,7 @@ def test_weights_that_are_not_finite_are_an_error(write, value):
 
 @pytest.mark.parametrize("change", [None, torch.zeros(3).half()])
 def test_weights_of_another_network_are_an_error(write, change):
-    with pytest.raises(FileError, match="another network"):
+    with pytest.raises(FileError, match="do not fit the sizes"):
         SmallDetector(write(**{"roi_heads.box_head.fc7.bias": change}), device="cpu")
 
 
@@ -225,19 +226,17 @@ def test_weights_of_another_network_are_an_error(write, change):
 def test_config_survives_the_file(changes, tmp_path):
     config = replace(CONFIG, **changes)
     path = tmp_path / "weights.safetensors"
-    save_weights(path, small_mask_rcnn(config), config)
-    assert read_weights(path)[0] == config
+    save_detector(path, SmallMaskRCNN(config))
+    assert read_detector(path).config == config
 
 
 @pytest.fixture(scope="module")
 def shipped():
-    if not DETECTOR_WEIGHTS.is_file():
-        pytest.skip("needs the demo detector's weights, which come with the package")
-    return SmallDetector(DETECTOR_WEIGHTS, device="cpu")
+    return SmallDetector(bundled_path("detector"), device="cpu")
 
 
 def test_shipped_weights_are_small(shipped):
-    assert DETECTOR_WEIGHTS.stat().st_size <= 10_000_000
+    assert bundled_path("detector").stat().st_size <= 10_000_000
     assert sum(values.numel() for values in shipped._network.parameters()) < 3_000_000
 
 

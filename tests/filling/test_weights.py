@@ -74,11 +74,12 @@ def with_another_layer(state):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"metadata": False}, "is no file of the filling network's weights"),
-        ({"configs": []}, "is no file of the filling network's weights"),
-        ({"configs": {"channels": 2}}, "is no file of the filling network's weights"),
-        ({"configs": [{**asdict(SMALL), "colour": "red"}]}, "is no file of the filling network's weights"),
-        ({"configs": [{**asdict(SMALL), "heads": 5}]}, "is no file of the filling network's weights"),
+        ({"metadata": False}, "is not a file of the filling network's weights"),
+        ({"configs": "text"}, "is not a file of the filling network's weights"),
+        ({"configs": []}, "is not a file of the filling network's weights"),
+        ({"configs": {"channels": 2}}, "is not a file of the filling network's weights"),
+        ({"configs": [{**asdict(SMALL), "colour": "red"}]}, "is not a file of the filling network's weights"),
+        ({"configs": [{**asdict(SMALL), "heads": 5}]}, "is not a file of the filling network's weights"),
         ({"configs": [{**asdict(SMALL), "hidden": 99}]}, "do not fit the sizes"),
         ({"configs": [asdict(SMALL)] * 2}, "do not fit the sizes"),
         ({"change": without_a_layer}, "do not fit the sizes"),
@@ -100,7 +101,7 @@ def test_broken_and_absent_files_are_refused(tmp_path, content):
     path = tmp_path / "filling.safetensors"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(FileError, match="is no file of the filling network's weights"):
+    with pytest.raises(FileError, match="is not a file of the filling network's weights"):
         read_filling(path)
 
 
@@ -108,5 +109,5 @@ def test_truncated_file_is_refused(tmp_path):
     path = tmp_path / "filling.safetensors"
     write(path)
     path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(FileError, match="is no file of the filling network's weights"):
+    with pytest.raises(FileError, match="is not a file of the filling network's weights"):
         read_filling(path)

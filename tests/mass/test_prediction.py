@@ -105,7 +105,7 @@ def test_weights_survive_the_file_in_half_precision(weights):
 def test_a_broken_file_is_named(tmp_path, content):
     path = tmp_path / "mass.safetensors"
     path.write_bytes(content)
-    with pytest.raises(FileError, match="is no file of the mass network's weights") as raised:
+    with pytest.raises(FileError, match="is not a file of the mass network's weights") as raised:
         MassPredictor(path)
     assert raised.value.path == path
 
@@ -130,13 +130,13 @@ def rewritten(path, *, config=None, kind="mass", **changes):
 @pytest.mark.parametrize("config", ["{", "[]", "{}x", '{"colour": 3}', '{"channels": 3}', '{"hidden": [1, 0]}'])
 def test_a_config_of_something_else_is_an_error(weights, config):
     rewritten(weights, config=config)
-    with pytest.raises(FileError, match="is no file of the mass network's weights"):
+    with pytest.raises(FileError, match="is not a file of the mass network's weights"):
         MassPredictor(weights)
 
 
 def test_weights_of_another_network_are_an_error(weights):
     rewritten(weights, kind="filling")
-    with pytest.raises(FileError, match="is no file of the mass network's weights"):
+    with pytest.raises(FileError, match="is not a file of the mass network's weights"):
         MassPredictor(weights)
 
 

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from corsmal.detection import SmallDetector
-from corsmal.detection.small import SmallMaskRCNNConfig, read_weights, save_weights, small_mask_rcnn
+from corsmal.detection.small import SmallMaskRCNN, SmallMaskRCNNConfig, read_detector, save_detector
 from corsmal.errors import FileError
 from corsmal.synthetic.training.detector import begin_with, train_detector
 from corsmal.synthetic.training.frames import (
@@ -130,14 +130,14 @@ def test_windows_are_around_the_jug_as_often_as_asked(beside_a_jug, jug, seen):
 
 
 def test_weights_of_a_network_with_fewer_classes_are_taken_over():
-    fewer, more = (small_mask_rcnn(SmallMaskRCNNConfig(unreported=count)) for count in (0, 1))
+    fewer, more = (SmallMaskRCNN(SmallMaskRCNNConfig(unreported=count)) for count in (0, 1))
     name = "roi_heads.box_predictor.cls_score.weight"
     own = more.state_dict()[name][6].clone()
     begin_with(more, fewer.state_dict())
     torch.testing.assert_close(more.state_dict()[name][:6], fewer.state_dict()[name])
     torch.testing.assert_close(more.state_dict()[name][6], own)
     with pytest.raises(RuntimeError, match=r"(?i)sizes? "):
-        begin_with(more, small_mask_rcnn(SmallMaskRCNNConfig(pyramid=32)).state_dict())
+        begin_with(more, SmallMaskRCNN(SmallMaskRCNNConfig(pyramid=32)).state_dict())
 
 
 def batches(training, count, *, start=0):
@@ -185,10 +185,10 @@ def test_training_writes_weights_and_goes_on_where_it_was_stopped(training_root)
     last = training_root / "checkpoints" / "last.ckpt"
     assert path == training_root / "detector.safetensors"
     assert torch.load(last, map_location="cpu", weights_only=True)["global_step"] == 2
-    _, first = read_weights(path)
+    first = read_detector(path).state_dict()
     assert SmallDetector(path, device="cpu").detect([np.zeros((90, 160, 3), np.uint8)])[0].size == (90, 160)
     longer = DetectorTraining(**{**vars(TINY), "steps": 3})
-    _, second = read_weights(train_detector(training_root, longer))
+    second = read_detector(train_detector(training_root, longer)).state_dict()
     assert torch.load(last, map_location="cpu", weights_only=True)["global_step"] == 3
     assert first.keys() == second.keys()
     assert any(not torch.equal(first[name], second[name]) for name in first)
@@ -196,7 +196,7 @@ def test_training_writes_weights_and_goes_on_where_it_was_stopped(training_root)
 
 def test_weights_of_another_network_are_no_beginning(tmp_path):
     config = SmallMaskRCNNConfig(pyramid=32)
-    save_weights(tmp_path / "other.safetensors", small_mask_rcnn(config), config)
+    save_detector(tmp_path / "other.safetensors", SmallMaskRCNN(config))
     with pytest.raises(FileError, match="another network") as raised:
         train_detector(tmp_path / "run", TINY, init=tmp_path / "other.safetensors")
     assert raised.value.path == tmp_path / "other.safetensors"

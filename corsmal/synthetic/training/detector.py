@@ -1,6 +1,5 @@
 """Training the demo's detector on rendered frames."""
 
-import pickle
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,9 +12,10 @@ from torch import Tensor
 from torch.utils.data import DataLoader
 from torchvision.models.detection import MaskRCNN
 
-from corsmal.detection.small import read_weights, save_weights, small_mask_rcnn
+from corsmal.detection.small import SmallMaskRCNN, read_detector, save_detector
 from corsmal.errors import FileError
 from corsmal.synthetic.training.frames import DetectorTraining, RenderedFrames, Target
+from corsmal.weights import read_checkpoint
 
 
 class DetectorModule(lightning.LightningModule):
@@ -24,7 +24,7 @@ class DetectorModule(lightning.LightningModule):
     def __init__(self, training: DetectorTraining) -> None:
         super().__init__()
         self._training = training
-        self.network = small_mask_rcnn(training.network).to(memory_format=torch.channels_last)
+        self.network = SmallMaskRCNN(training.network).to(memory_format=torch.channels_last)
         self.network.transform._skip_resize = True  # windows are not to be enlarged
 
     def training_step(self, batch: tuple[list[Tensor], list[Target]]) -> Tensor:
@@ -59,7 +59,7 @@ def train_detector(folder: Path, training: DetectorTraining | None = None, *, in
     Args:
         folder: gets checkpoints, ``metrics.csv`` and the weights.
         training: its settings.
-        init: weights to begin with, as ``save_weights`` writes them; default: random ones.
+        init: weights to begin with, as ``save_detector`` writes them; default: random ones.
 
     Returns:
         The file with the weights, averaged over the last steps.
@@ -73,11 +73,12 @@ def train_detector(folder: Path, training: DetectorTraining | None = None, *, in
     except OSError as error:
         raise FileError(folder, f"cannot be written ({error.strerror}); choose another folder") from error
     last = folder / "checkpoints" / "last.ckpt"
-    frames = RenderedFrames(training, start=_steps_done(last))
+    begun = read_checkpoint(last)
+    frames = RenderedFrames(training, start=0 if begun is None else begun["global_step"])
     module = DetectorModule(training)
     if init is not None:
         try:
-            begin_with(module.network, read_weights(init)[1])
+            begin_with(module.network, read_detector(init).state_dict())
         except RuntimeError as error:
             raise FileError(
                 init, "holds the weights of another network, which are no beginning for this one"
@@ -95,9 +96,9 @@ def train_detector(folder: Path, training: DetectorTraining | None = None, *, in
         ],
         enable_model_summary=False,
     )
-    trainer.fit(module, loader, ckpt_path=last if last.exists() else None, weights_only=True)
+    trainer.fit(module, loader, ckpt_path=last if begun else None, weights_only=True)
     path = folder / "detector.safetensors"
-    save_weights(path, module.network, training.network)
+    save_detector(path, module.network)
     return path
 
 
@@ -114,15 +115,6 @@ def begin_with(network: MaskRCNN, state: Mapping[str, Tensor]) -> None:
         else:
             whole[name] = value
     network.load_state_dict(whole)
-
-
-def _steps_done(checkpoint: Path) -> int:
-    try:
-        return int(torch.load(checkpoint, map_location="cpu", weights_only=True)["global_step"])
-    except FileNotFoundError:
-        return 0
-    except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
-        raise FileError(checkpoint, "is no checkpoint of this training; delete it to begin again") from error
 
 
 def _collated(samples: list[tuple[Tensor, Target]]) -> tuple[list[Tensor], list[Target]]:

@@ -26,8 +26,7 @@ from corsmal.quantities import QUANTITIES
 from corsmal.runs.run import KIND, Run, list_runs
 from corsmal.stages.estimates import Predictors
 from corsmal.ui import data
-from corsmal.ui.filling import cached as sound
-from corsmal.ui.mass import cached as mass
+from corsmal.weights import find_weights
 
 METRIC_NAMES = {quantity.metric: quantity.label for quantity in QUANTITIES}
 """Table 2's metrics, as briefly as headings need."""
@@ -140,7 +139,7 @@ def missing_weights() -> dict[str, Path]:
 
 
 def _weights() -> dict[str, Path]:
-    return {"filling": sound.weights_path(), "mass": mass.weights_path()}
+    return {"filling": find_weights("filling").path, "mass": find_weights("mass").path}
 
 
 def annotation_key(dataset: Dataset) -> str:

@@ -1,6 +1,5 @@
 """Cached calls of the library for a recording's sound: features, pictures, and what the filling network says."""
 
-import os
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,12 +7,12 @@ from typing import TYPE_CHECKING
 import streamlit as st
 
 from corsmal.dataset import Audio, Recording
-from corsmal.demo import FILLING_WEIGHTS
 from corsmal.digests import file_fingerprint
 from corsmal.errors import CorsmalError, FileError, NotFoundError
 from corsmal.figures.sound import SoundPicture, sound_picture
 from corsmal.filling import FillingPrediction
 from corsmal.ui import data, media
+from corsmal.weights import find_weights
 
 if TYPE_CHECKING:
     from corsmal.filling import FillingPredictor
@@ -33,18 +32,13 @@ HOP_MIN = 4
 """Rows between windows at least, about a tenth of a second."""
 
 
-def weights_path() -> Path:
-    """The weights that ``CORSMAL_FILLING_WEIGHTS`` names, else those that came along."""
-    return Path(os.environ.get("CORSMAL_FILLING_WEIGHTS") or FILLING_WEIGHTS)
-
-
 def predictor() -> "FillingPredictor":
     """The trained network.
 
     Raises:
         FileError: the weights are missing, broken, or were trained on something else than sound.
     """
-    path = weights_path()
+    path = find_weights("filling").path
     if not path.is_file():
         raise FileError(path, f"the filling network's weights are missing; {ADVICE}")
     return _predictor(str(path), file_fingerprint(path))

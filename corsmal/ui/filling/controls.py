@@ -6,7 +6,6 @@ import streamlit as st
 
 from corsmal.dataset import Recording
 from corsmal.dataset.audio import CHANNELS
-from corsmal.demo import FILLING_WEIGHTS
 from corsmal.errors import CorsmalError
 from corsmal.figures import jpeg
 from corsmal.figures.answer import Head, answer_figure
@@ -18,6 +17,7 @@ from corsmal.ui import data, media, session
 from corsmal.ui.components import plain
 from corsmal.ui.filling import cached as sound
 from corsmal.ui.linked_plot import PlotEvent, Span, linked_plot
+from corsmal.weights import find_weights
 
 TIMELINE = "timeline"
 STEP_S = 0.05
@@ -35,7 +35,7 @@ TRAINING = "`python -m corsmal train filling ROOT RUN`"
 
 def weights_note(recording: Recording) -> None:
     """Say so where a network that learned from synthetic sound listens to a real one."""
-    if sound.weights_path() == FILLING_WEIGHTS and not recording.is_synthetic:
+    if find_weights("filling").is_bundled and not recording.is_synthetic:
         st.warning(
             "These weights learned from the **demo's synthetic sound** and have never heard a real recording: expect "
             f"wrong answers. Train on the real ones with {TRAINING}, then start the app with "

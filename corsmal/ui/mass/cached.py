@@ -1,6 +1,5 @@
 """The container's mass as the Mass page asks for it: the mask, its restoration, the numbers, the network's answer."""
 
-import os
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -12,7 +11,6 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
-from corsmal.demo import MASS_WEIGHTS
 from corsmal.detection import ViewDetections
 from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.estimation import Fit
@@ -22,6 +20,7 @@ from corsmal.parameters import PAIRS
 from corsmal.stages import true_masks
 from corsmal.store import file_fingerprint
 from corsmal.ui import data, session
+from corsmal.weights import find_weights
 
 if TYPE_CHECKING:
     from corsmal.mass import MassModel
@@ -60,18 +59,13 @@ class Weighed:
     curves_g: Mapping[str, NDArray[np.float64]]
 
 
-def weights_path() -> Path:
-    """The user's own weights that ``CORSMAL_MASS_WEIGHTS`` names, else the demo's."""
-    return Path(os.environ.get("CORSMAL_MASS_WEIGHTS") or MASS_WEIGHTS)
-
-
 def model() -> "MassModel":
     """The network.
 
     Raises:
         FileError: its weights are missing or broken.
     """
-    path = weights_path()
+    path = find_weights("mass").path
     return _model(str(path), file_fingerprint(path) if path.is_file() else "absent")
 
 

@@ -20,6 +20,7 @@ from corsmal.ui.linked_plot import Slider, linked_plot
 from corsmal.ui.mass import cached as mass
 from corsmal.ui.mass.cached import MASS_VIEW, Weighed
 from corsmal.ui.pins import pin_button
+from corsmal.weights import find_weights
 
 if TYPE_CHECKING:
     from corsmal.mass import MassModel
@@ -37,7 +38,7 @@ LOW, HIGH = 0.01, 20_000.0
 
 def about_weights(recording: Recording, network: "MassModel | None") -> None:
     """On real recordings, what the demo's weights are worth."""
-    if network is not None and mass.weights_path() == mass.MASS_WEIGHTS and not recording.is_synthetic:
+    if network is not None and find_weights("mass").is_bundled and not recording.is_synthetic:
         st.info(
             "The network that came along learnt from **synthetic** containers alone: on a real recording its mass is a "
             "guess. Train your own with `python -m corsmal train mass ROOT RUN`, and name its weights in the "
