@@ -283,7 +283,7 @@ def test_broken_truth_is_named_and_left_out(root: Path) -> None:
     path.write_bytes(b"no table")
     visitor = Visitor(root).open("mass")
     assert visitor.crashes == []
-    assert visitor.errors == [f"{path}: is broken; delete it and make the demo again"]
+    assert visitor.errors == [f"{path}: is broken; delete it and make the recording again"]
     assert "Against the truth" not in panels(visitor)
 
 
