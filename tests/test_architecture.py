@@ -1,15 +1,19 @@
 """Who may import whom, and what the library must not do."""
 
 import ast
+import importlib
+import importlib.util
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = ROOT / "corsmal"
 FILES = sorted(LIBRARY.rglob("*.py"))
+STUBS = sorted(LIBRARY.rglob("*.pyi"))
 PAGES = [ROOT / "app.py", *sorted((ROOT / "pages").glob("*.py"))]
 LINES_MAX = 260
 
@@ -93,6 +97,33 @@ def test_rooms_import_only_those_below(trees):
     assert {path: rooms for path, rooms in found.items() if rooms} == {}
 
 
+def test_lazy_names_come_from_stubs_that_name_their_own_room(trees):
+    by_hand = [
+        name_of(path)
+        for path, tree in trees.items()
+        if any(isinstance(node, ast.FunctionDef) and node.name == "__getattr__" for node in tree.body)
+    ]
+    assert by_hand == []
+    for path in STUBS:
+        for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+            assert isinstance(statement, ast.ImportFrom), (name_of(path), statement.lineno)
+            assert (statement.level, statement.names[0].asname) == (1, statement.names[0].name), name_of(path)
+
+
+def test_every_name_of_a_package_can_be_got(trees):
+    """What ``__all__`` promises, and what any file imports from a package: a lazy name fails only when it is used."""
+    packages = {".".join(path.parent.relative_to(ROOT).parts) for path in FILES if path.name == "__init__.py"}
+    for name in sorted(packages):
+        package = importlib.import_module(name)
+        for public in getattr(package, "__all__", ()):
+            assert not isinstance(getattr(package, public), ModuleType), f"{name}.{public}"
+    imported = {name for tree in trees.values() for name in imports_of(tree) if name.rpartition(".")[0] in packages}
+    assert len(imported) > 100
+    for package, _, name in (dotted.rpartition(".") for dotted in sorted(imported)):
+        is_name = hasattr(importlib.import_module(package), name)
+        assert is_name or importlib.util.find_spec(f"{package}.{name}"), f"{package}.{name}"
+
+
 def test_only_what_is_shown_imports_streamlit(trees):
     rooms = {
         room_of(path)
@@ -143,7 +174,10 @@ HEAVY = ("torch", "cv2", "pandas", "streamlit", "numpy", "plotly", "numba", "av"
     ("statement", "absent"),
     [
         ("import corsmal", HEAVY),
-        ("import corsmal.parameters, corsmal.errors", HEAVY),
+        ("import corsmal.parameters, corsmal.errors, corsmal.weights", HEAVY),
+        ("import corsmal.dataset, corsmal.detection, corsmal.filling, corsmal.mass, corsmal.evaluation", HEAVY),
+        ("from corsmal.filling import LEVEL_NAMES", ("torch", "pandas", "streamlit", "numba")),
+        ("from corsmal.mass import restore_mask", ("torch", "pandas", "streamlit", "numba")),
         ("from corsmal.dataset import open_dataset", ("torch", "cv2", "streamlit", "numba", "av")),
         ("from corsmal.detection import Detections", ("torch", "streamlit", "numba")),
         ("import corsmal.stages, corsmal.engines, corsmal.figures", ("torch", "streamlit")),

@@ -2,8 +2,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import corsmal.evaluation
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,8 +18,3 @@ def test_every_public_name_is_there_and_none_needs_torch():
     code = f"from corsmal.evaluation import {names}; import sys; print('torch' in sys.modules)"
     result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert result.stdout.split() == ["False"]
-
-
-def test_unknown_name_is_an_attribute_error():
-    with pytest.raises(AttributeError, match="has no attribute 'score'"):
-        _ = corsmal.evaluation.score

@@ -1,0 +1,11 @@
+from .coco import read_coco_results as read_coco_results
+from .coco import write_coco_results as write_coco_results
+from .filtering import Filtered as Filtered
+from .filtering import filter_detections as filter_detections
+from .job import Detector as Detector
+from .job import VideoFrames as VideoFrames
+from .job import detect_view as detect_view
+from .maskrcnn import MaskRCNNDetector as MaskRCNNDetector
+from .record import Detections as Detections
+from .small import SmallDetector as SmallDetector
+from .view import ViewDetections as ViewDetections

@@ -1,0 +1,17 @@
+from .axis import Axis as Axis
+from .axis import AxisRule as AxisRule
+from .judging import judge_mass as judge_mass
+from .judging import mass_table as mass_table
+from .network import MassConfig as MassConfig
+from .network import MassModel as MassModel
+from .network import read_mass as read_mass
+from .network import save_mass as save_mass
+from .physics import filling_mass_g as filling_mass_g
+from .physics import mm_per_pixel as mm_per_pixel
+from .prediction import MassPredictor as MassPredictor
+from .records import MassPrediction as MassPrediction
+from .records import MassRow as MassRow
+from .records import RestoredMask as RestoredMask
+from .restoration import restore_mask as restore_mask
+from .training import MassTraining as MassTraining
+from .training import train_mass as train_mass
