@@ -16,7 +16,7 @@ from corsmal.filling.training import part_of, train_filling
 
 Validation = Literal["fold", "inner"]
 """What rule (1) chooses the epoch by: ``fold``: the recordings that are then predicted, as in the paper, which flatters
-the scores; ``inner``: a seventh of the fold's training recordings, which are trained on only after the choice."""
+the scores; ``inner``: a seventh of the fold's training recordings, see ``train_filling``."""
 
 COLUMNS = (
     "recording_id",
@@ -37,7 +37,7 @@ def cross_validate(
     samples: Sequence[FillingSample],
     *,
     folds: Mapping[str, int] | pd.Series,
-    preset: Preset | FillingTraining = "tuned",
+    preset: Preset | FillingTraining = "paper",
     seeds: Sequence[int] = (0,),
     validation: Validation = "fold",
     progress: Callable[[float], None] | None = None,

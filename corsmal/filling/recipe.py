@@ -25,6 +25,8 @@ class FillingTraining:
             recordings, the two losses summed.
         keep: the weights of the ``best`` epoch by rule (1) on validation recordings, see ``train_filling``, or those of
             the ``last``.
+        retrain: whether rule (1) chooses only the number of epochs, with which the network is then trained once more on
+            all recordings, see ``train_filling``; not in the paper.
         epochs: how many.
         batch: recordings per step.
         rate: learning rate of AdamW in the first epoch. The paper names neither batch, optimiser nor rate.
@@ -38,6 +40,7 @@ class FillingTraining:
     networks: tuple[FillingConfig, ...] = (FillingConfig.paper(),)
     passes: Passes = "alternating"
     keep: Keep = "best"
+    retrain: bool = False
     epochs: int = 150
     batch: int = 16
     rate: float = 5e-4

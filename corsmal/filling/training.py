@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -17,15 +18,15 @@ from corsmal.filling.recipe import FillingTraining, Preset
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
 from corsmal.filling.samples import FillingSample
 
-ANEW = 2
-"""So many times the epochs at a rate that is lowered to zero, which is half as large on the average."""
+RETRAINED = 2
+"""Factor on the epochs of a second training, whose rate, lowered to zero by a cosine, is half as large on average."""
 
 
 def train_filling(
     folder: Path,
     samples: Sequence[FillingSample],
     *,
-    preset: Preset | FillingTraining = "tuned",
+    preset: Preset | FillingTraining = "paper",
     seed: int = 0,
     validation: Sequence[FillingSample] | None = None,
     progress: Callable[[float], None] | None = None,
@@ -34,13 +35,13 @@ def train_filling(
 
     Args:
         folder: gets the weights, and a folder for each network with its checkpoint, ``metrics.csv`` and TensorBoard's
-            log, and another one, ``search``, where rule (1) is asked first.
+            log, and within it ``search`` where the network is trained twice.
         samples: the recordings to train on.
         preset: ``paper``, ``tuned``, or settings of your own; their channels and features become those of ``samples``.
         seed: 0 or more; of the first weights, the order of the recordings, the crops and dropout.
         validation: recordings that rule (1) chooses the epoch by. Default: a seventh of ``samples``, spread over the
-            configurations; by them it chooses for how long the network is then trained anew on all ``samples``, see
-            ``anew``. Not used where the last epoch is kept.
+            configurations, on which the network is then not trained; with ``retrain`` it is trained once more, on all
+            ``samples``, for as long as rule (1) chose, see ``retraining``. Not used where the last epoch is kept.
         progress: called after every epoch with the fraction that is done, 0..1.
 
     Returns:
@@ -51,7 +52,6 @@ def train_filling(
         FileError: the folder cannot be written, or holds another run, or a broken file.
     """
     training = preset if isinstance(preset, FillingTraining) else FillingTraining.of(preset)
-    searched = training.keep == "best" and validation is None
     validation = () if training.keep == "last" or validation is None else validation
     channels, _, features = _check(samples, validation)
     training = training.fitted_to(channels=channels, features=features)
@@ -63,25 +63,24 @@ def train_filling(
     models = []
     for index in range(count):
         place, part = folder / f"network{index}", part_of(progress, index, count)
-        settings, report = training, part
-        if searched:
-            kept, held = hold_out(samples, seed=seed)
-            report = part_of(part, 0, 2)
-            fit_network(
-                place / "search", kept, training=training, index=index, seed=seed, validation=held, progress=report
-            )
-            settings, report = anew(training, epochs_kept(place / "search")), part_of(part, 1, 2)
-        models.append(
-            fit_network(
-                place, samples, training=settings, index=index, seed=seed, validation=validation, progress=report
-            )
-        )
+        fit = partial(fit_network, index=index, seed=seed)
+        if training.keep == "last" or validation:
+            models.append(fit(place, samples, training=training, validation=validation, progress=part))
+            continue
+        kept, held = hold_out(samples, seed=seed)
+        if not training.retrain:
+            models.append(fit(place, kept, training=training, validation=held, progress=part))
+            continue
+        search = place / "search"
+        fit(search, kept, training=training, validation=held, progress=part_of(part, 0, 2))
+        again = retraining(training, epochs_kept(search))
+        models.append(fit(place, samples, training=again, validation=(), progress=part_of(part, 1, 2)))
     save_filling(path, models)
     return path
 
 
-def anew(training: FillingTraining, epochs: int) -> FillingTraining:
-    """How a network is trained on all recordings after a search by rule (1) on a part of them.
+def retraining(training: FillingTraining, epochs: int) -> FillingTraining:
+    """How a network is trained once more, on all recordings, after rule (1) chose the epochs on a part of them.
 
     The rate is lowered to zero by half a cosine over twice the epochs: its sum stays what it was when the search found
     its best, and the weights come to rest.
@@ -90,7 +89,7 @@ def anew(training: FillingTraining, epochs: int) -> FillingTraining:
         training: of the search.
         epochs: after how many rule (1) kept the weights.
     """
-    return replace(training, keep="last", schedule="cosine", epochs=ANEW * epochs)
+    return replace(training, keep="last", schedule="cosine", epochs=RETRAINED * epochs)
 
 
 def part_of(progress: Callable[[float], None] | None, done: int, total: int) -> Callable[[float], None] | None:

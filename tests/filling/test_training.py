@@ -92,8 +92,18 @@ def ids(samples):
     return {sample.recording_id for sample in samples}
 
 
-def test_rule_1_looks_at_a_seventh_and_then_all_are_trained_on(tmp_path, fits):
-    samples, settings, shares = made_samples(49), replace(PAPER, epochs=3), []
+def test_the_paper_s_weights_are_those_that_rule_1_kept_on_a_seventh(tmp_path, fits):
+    samples = made_samples(49)
+    path = train_filling(tmp_path, samples, preset=replace(PAPER, epochs=3))
+    [(trained, held, settings)] = fits
+    assert (len(held), trained | held, trained & held) == (7, ids(samples), set())
+    assert (settings.keep, settings.epochs) == ("best", 3)
+    [network], [kept] = read_filling(path), read_filling(tmp_path / "network0" / "kept.safetensors")
+    assert same(state(network), state(kept))
+
+
+def test_retraining_is_on_all_for_as_long_as_rule_1_chose(tmp_path, fits):
+    samples, settings, shares = made_samples(49), replace(PAPER, epochs=3, retrain=True), []
     path = train_filling(tmp_path, samples, preset=settings, progress=shares.append)
     (trained, held, search), (everyone, nobody, last) = fits
     assert (len(held), trained | held, trained & held) == (7, ids(samples), set())
@@ -109,7 +119,7 @@ def test_rule_1_looks_at_a_seventh_and_then_all_are_trained_on(tmp_path, fits):
 
 
 def test_a_search_that_was_stopped_goes_on_and_gives_the_same(tmp_path):
-    samples, settings = made_samples(28), replace(PAPER, epochs=4)
+    samples, settings = made_samples(28), replace(PAPER, epochs=4, retrain=True)
     whole = read_filling(train_filling(tmp_path / "whole", samples, preset=settings))
 
     def stop_after(limit, share):
