@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError
 
+Item = TypeVar("Item")
 Row = dict[str, Any]
 Task = Callable[[Recording], Row]
 """What is done with a recording. For an engine that works elsewhere it can be pickled, and costs little to send."""
@@ -30,11 +31,11 @@ class Outcome:
 class Engine(Protocol):
     """Does a task for recordings, in whatever order suits it; stops at once when its iterator is closed."""
 
-    def __call__(self, task: Task, recordings: Sequence[Recording]) -> Iterator[Outcome]:
+    def __call__(self, task: Task, recordings: Sequence[Recording], /) -> Iterator[Outcome]:
         """Yield an outcome for each recording as soon as there is one."""
 
 
-def attempt(task: Task, index: int, recording: Recording) -> Outcome:
+def attempt(task: Callable[[Item], Row], index: int, recording: Item) -> Outcome:
     """Do the task for one recording; whatever it raises is its problem alone."""
     try:
         return Outcome(index, task(recording))
@@ -44,7 +45,7 @@ def attempt(task: Task, index: int, recording: Recording) -> Outcome:
         return Outcome(index, problem=f"stopped unexpectedly: {error!r}")
 
 
-def in_turn(task: Task, recordings: Sequence[Recording]) -> Iterator[Outcome]:
+def in_turn(task: Callable[[Item], Row], recordings: Sequence[Item]) -> Iterator[Outcome]:
     """The engine of this process alone."""
     return (attempt(task, index, recording) for index, recording in enumerate(recordings))
 

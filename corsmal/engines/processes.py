@@ -1,92 +1,165 @@
 """Many recordings in several processes of this machine."""
 
-import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
-from typing import NoReturn
+from pathlib import Path
+from typing import Any
 
-from corsmal.dataset import Recording
-from corsmal.engines.engine import Outcome, Task, attempt
-from corsmal.errors import ArgumentError
+from corsmal.engines.engine import Item, Outcome, Row, attempt
+from corsmal.errors import ArgumentError, CorsmalError
 
 ATTEMPTS_MAX = 2
 """A process may be killed for no fault of its recording, which is then begun once more."""
 
 FAREWELL_S = 5.0
-"""How long a process that is stopped may take to leave no unfinished file behind."""
+"""How long a process that is stopped may take to remove unfinished files."""
+
+GIVING_WAY = 15
+"""Niceness of work that nobody waits for: without it a detector on the same cores is ten times slower."""
+
+POLL_S = 0.1
+"""Between two questions whether the work was cancelled."""
+
+THREADS = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
+"""The variables that limit threads: of PyTorch, NumPy and Arrow; of Numba; of OpenCV."""
+
+_AHEAD = -1
+_PACKAGE_PARENT = str(Path(__file__).resolve().parents[2])
 
 
 @dataclass(frozen=True)
 class Processes:
-    """The engine of several processes.
+    """The engine of several worker processes.
 
-    Each has one recording at a time, so that memory does not grow with the number of recordings. One that dies (of too
-    little memory, say) is replaced.
+    Each has one recording at a time, so that memory does not grow with the number of recordings, and its share of the
+    cores. One that dies (of too little memory, say) is replaced. The workers end with the work, or with this process.
 
     Args:
-        count: how many processes.
+        count: how many.
+        environment: variables of the workers, beside those of this process.
 
     Raises:
         ArgumentError: fewer than one.
     """
 
     count: int
+    environment: Mapping[str, str] = field(default_factory=dict)
+    _ahead: "dict[_Worker, int]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.count < 1:
             raise ArgumentError(f"count must be at least 1, got {self.count}")
 
-    def __call__(self, task: Task, recordings: Sequence[Recording]) -> Iterator[Outcome]:
-        """Yield an outcome for each recording as soon as there is one."""
-        count = min(self.count, len(recordings))
-        threads = max(1, (os.cpu_count() or 1) // max(1, count))
-        waiting = deque(range(len(recordings)))
+    def start(self, task: Callable[[Item], Row], items: Sequence[Item]) -> None:
+        """Start all workers ahead of their work; each does the task for one of the items first, in turn.
+
+        Raises:
+            CorsmalError: a process could not be started.
+        """
+        for number in range(self.count):
+            worker = self._worker(self.count)
+            self._ahead[worker] = _AHEAD
+            worker.give(task, _AHEAD, items[number % len(items)])
+
+    def __call__(
+        self,
+        task: Callable[[Item], Row],
+        recordings: Sequence[Item],
+        *,
+        awaited: int | None = None,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> Generator[Outcome]:
+        """Yield an outcome for each recording as soon as there is one.
+
+        Args:
+            task: what is done with each; it must be importable in another process.
+            recordings: the recordings, or anything else that can be pickled.
+            awaited: how many of them, counted from the first, somebody waits for; the others give way to other
+                programs. None: all.
+            cancelled: checked ten times a second; true drops unfinished work and ends the iterator.
+
+        Raises:
+            CorsmalError: a process could not be started.
+        """
+        doing = dict(self._ahead)
+        self._ahead.clear()
+        workers, waiting = list(doing), deque(range(len(recordings)))
         deaths: Counter[int] = Counter()
-        workers: list[_Worker] = []
-        doing: dict[_Worker, int] = {}
+        count = min(self.count, len(recordings))
         try:
-            workers += [_Worker(threads) for _ in range(count)]
-            while waiting or doing:
+            workers += [self._worker(count) for _ in range(count - len(workers))]
+            while waiting or set(doing.values()) - {_AHEAD}:
+                if cancelled is not None and cancelled():
+                    return
                 for worker in workers:
                     if waiting and worker not in doing:
-                        doing[worker] = waiting.popleft()
-                        worker.give(task, doing[worker], recordings[doing[worker]])
-                for worker in _answering(doing):
+                        index = doing[worker] = waiting.popleft()
+                        if awaited is not None and index >= awaited:
+                            worker.give_way()
+                        worker.give(task, index, recordings[index])
+                for worker in _answering(doing, None if cancelled is None else POLL_S):
                     index, outcome = doing.pop(worker), worker.answer()
                     if outcome is None:
-                        workers[workers.index(worker)] = _Worker(threads)
+                        workers[workers.index(worker)] = self._worker(count)
                         deaths[index] += 1
-                        if deaths[index] < ATTEMPTS_MAX:
+                        if index != _AHEAD and deaths[index] < ATTEMPTS_MAX:
                             waiting.append(index)
                             continue
                         outcome = Outcome(index, problem=f"its process ended {ATTEMPTS_MAX} times, {worker.end()}")
-                    yield outcome
+                    if index != _AHEAD:
+                        yield outcome
         finally:
             for worker in workers:
                 worker.stop(is_busy=worker in doing)
             for worker in workers:
                 worker.join()
 
+    def _worker(self, count: int) -> "_Worker":
+        threads = dict.fromkeys(THREADS, str(max(1, cores() // count)))
+        return _Worker(threads | os.environ | dict(self.environment))
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
 
 class _Worker:
     """One process, which does one task after the other."""
 
-    def __init__(self, threads: int) -> None:
-        # spawned, not forked: PyTorch's threads and CUDA do not survive a fork
-        context = multiprocessing.get_context("spawn")
-        self.connection, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs, threads), daemon=True)
-        self._process.start()
-        theirs.close()
+    def __init__(self, environment: Mapping[str, str]) -> None:
+        self.connection, theirs = Pipe()
+        path = os.pathsep.join(filter(None, [_PACKAGE_PARENT, environment.get("PYTHONPATH")]))
+        try:
+            # not by multiprocessing, whose children would run this program's main module, an app's script, say
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "corsmal.engines.worker", str(theirs.fileno())],
+                stdin=subprocess.PIPE,
+                pass_fds=[theirs.fileno()],
+                env={**environment, "PYTHONPATH": path},
+                process_group=0,  # the keyboard reaches this process alone, which decides
+            )
+        except OSError as error:
+            self.connection.close()
+            raise CorsmalError(f"no process could be started ({error.strerror}); free some memory") from error
+        finally:
+            theirs.close()
 
-    def give(self, task: Task, index: int, recording: Recording) -> None:
+    def give(self, task: Callable[[Any], Row], index: int, item: object) -> None:
         with suppress(OSError):  # a process that has died is found out by the answer that it does not give
-            self.connection.send((task, index, recording))
+            self.connection.send((attempt, task, index, item))
+
+    def give_way(self) -> None:
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, self._process.pid, GIVING_WAY)
 
     def answer(self) -> Outcome | None:
         """What became of the recording; None where the process died over it."""
@@ -99,7 +172,7 @@ class _Worker:
 
     def end(self) -> str:
         """How the process ended, for people."""
-        code = self._process.exitcode or 0
+        code = self._process.returncode
         killed = " (too little memory?)" if code == -signal.SIGKILL else ""
         return f"by signal {-code}{killed}" if code < 0 else f"with exit status {code}"
 
@@ -109,27 +182,16 @@ class _Worker:
             self._process.terminate()
 
     def join(self) -> None:
-        self._process.join(FAREWELL_S)
-        if self._process.is_alive():
+        try:
+            self._process.wait(FAREWELL_S)
+        except subprocess.TimeoutExpired:
             self._process.kill()
-            self._process.join()
+            self._process.wait()
+        if self._process.stdin is not None:
+            self._process.stdin.close()
 
 
-def _answering(busy: Iterable[_Worker]) -> list[_Worker]:
+def _answering(busy: Iterable[_Worker], timeout_s: float | None) -> list[_Worker]:
     """Wait for those that have an answer, or have died."""
     by_connection = {worker.connection: worker for worker in busy}
-    return [by_connection[connection] for connection in wait(by_connection) if isinstance(connection, Connection)]
-
-
-def _serve(connection: Connection, threads: int) -> None:
-    """What a process does: tasks until the one that asks hangs up, be it because it was killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the keyboard reaches the whole group: the one that asks decides
-    signal.signal(signal.SIGTERM, _leave)
-    os.environ.setdefault("OMP_NUM_THREADS", str(threads))  # PyTorch, loaded by the task, takes all cores otherwise
-    with suppress(EOFError, OSError):
-        while True:
-            connection.send(attempt(*connection.recv()))
-
-
-def _leave(*_signal: object) -> NoReturn:
-    raise SystemExit
+    return [by_connection[ready] for ready in wait(by_connection, timeout_s) if isinstance(ready, Connection)]

@@ -32,6 +32,15 @@ class Faulty:
             raise CorsmalError("the recording is broken")
         if fault == "kill":
             os.kill(os.getpid(), signal.SIGKILL)
-        if fault in ("sleep", "nap"):
-            time.sleep(600 if fault == "sleep" else 2)
+        if fault == "sleep":
+            time.sleep(600)
+        if fault == "compute":
+            sum(range(10**12))  # as in a long call of a compiled library: no signal is handled, no thread is switched
         return {"recording_id": recording.id, "status": "done", "ratio": 1 / (fault != "unforeseen")}
+
+
+def wait_for(condition, *, seconds=120):
+    end_s = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end_s, "it did not happen"
+        time.sleep(0.02)

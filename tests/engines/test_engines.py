@@ -2,7 +2,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from logging import CRITICAL
 from pathlib import Path
@@ -14,8 +13,8 @@ from corsmal.engines.dask_cluster import DaskCluster
 from corsmal.engines.engine import in_turn, run_batch
 from corsmal.engines.processes import Processes
 from corsmal.engines.tasks import DetectTask, EstimateTask
-from corsmal.errors import ArgumentError, CorsmalError
-from tests.engines.faulty import Faulty
+from corsmal.errors import CorsmalError
+from tests.engines.faulty import Faulty, wait_for
 from tests.networks import write_networks
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -78,41 +77,8 @@ def test_what_happens_to_one_recording_is_one_row_with_the_reason(engine, datase
     assert engine is in_turn or "ended" in rows["deadly"]["notes"]
 
 
-def test_a_recording_whose_process_was_killed_once_is_begun_again(dataset, tmp_path):
-    task = Faulty(raises={"000001": "kill"}, once=tmp_path / "killed")
-    rows = run_batch(task, list(dataset), engine=Processes(1))
-    assert [row["status"] for row in rows] == ["done"] * 3
-
-
 def test_no_recordings_are_no_rows(engine):
     assert run_batch(Faulty(), [], engine=engine) == []
-
-
-def test_processes_end_when_the_work_is_given_up(dataset, tmp_path):
-    outcomes = Processes(2)(Faulty(raises={"000001": "sleep"}, pids=tmp_path), list(dataset))
-    next(outcomes)
-    wait_for(lambda: len(list(tmp_path.iterdir())) == 2)
-    outcomes.close()
-    assert not any(is_alive(int(path.name)) for path in tmp_path.iterdir())
-
-
-def test_processes_end_when_the_one_that_asked_is_killed(tiny_dataset_root, tmp_path):
-    program = (
-        "import sys; from pathlib import Path; from tests.engines.faulty import Faulty\n"
-        "from corsmal.engines import Processes, run_batch; from corsmal.dataset import open_dataset\n"
-        "if __name__ == '__main__':\n"
-        "    task = Faulty(raises=dict.fromkeys(['000000', '000001'], 'nap'), pids=Path(sys.argv[2]))\n"
-        "    run_batch(task, list(open_dataset(sys.argv[1])), engine=Processes(2))\n"
-    )
-    script = tmp_path / "program.py"
-    script.write_text(program, encoding="utf-8")
-    pids = tmp_path / "pids"
-    pids.mkdir()
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    with subprocess.Popen([sys.executable, script, tiny_dataset_root, pids], env=environment) as process:
-        wait_for(lambda: len(list(pids.iterdir())) == 2)
-        process.kill()
-    wait_for(lambda: not any(is_alive(int(path.name)) for path in pids.iterdir()))
 
 
 def test_the_keyboard_stops_a_command_and_the_same_command_goes_on(tiny_dataset_root, tmp_path):
@@ -152,23 +118,3 @@ def test_networks_that_differ_from_those_that_are_meant_are_refused(dataset, net
     assert replace(task, digest=task.detector("cpu").digest).detector("cpu").digest
     with pytest.raises(CorsmalError, match="the detector's weights"):
         replace(task, digest="another").detector("cpu")
-
-
-def test_a_number_of_processes_that_cannot_be_is_refused():
-    with pytest.raises(ArgumentError, match="count must be at least 1, got 0"):
-        Processes(0)
-
-
-def wait_for(condition, *, seconds=120):
-    end_s = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end_s, "it did not happen"
-        time.sleep(0.05)
-
-
-def is_alive(pid):
-    """Whether a process runs; one that has ended and was not asked about yet does not."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False

@@ -1,0 +1,127 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from corsmal.engines.engine import run_batch
+from corsmal.engines.processes import GIVING_WAY, THREADS, Processes, cores
+from corsmal.errors import ArgumentError
+from tests.engines.faulty import Faulty, wait_for
+
+ROOT = Path(__file__).resolve().parents[2]
+GRACE_S = 2
+
+
+def test_a_recording_whose_process_was_killed_once_is_begun_again(dataset, tmp_path):
+    task = Faulty(raises={"000001": "kill"}, once=tmp_path / "killed")
+    rows = run_batch(task, list(dataset), engine=Processes(1))
+    assert [row["status"] for row in rows] == ["done"] * 3
+
+
+def test_processes_end_when_the_work_is_given_up(dataset, tmp_path):
+    outcomes = Processes(2)(Faulty(raises={"000001": "sleep"}, pids=tmp_path), list(dataset))
+    next(outcomes)
+    wait_for(lambda: len(pids_in(tmp_path)) == 2)
+    outcomes.close()
+    assert not any(map(is_alive, pids_in(tmp_path)))
+
+
+def test_cancelled_work_is_dropped_and_what_was_done_is_kept(dataset, tmp_path):
+    task = Faulty(raises={"000001": "sleep"}, pids=tmp_path)
+    outcomes = Processes(1)(task, list(dataset), cancelled=lambda: len(started) > 0)
+    started = []
+    assert next(outcomes).index == 0
+    started.append(True)
+    assert list(outcomes) == []
+    assert not any(map(is_alive, pids_in(tmp_path)))
+
+
+def test_work_begins_in_processes_that_were_started_ahead(tmp_path):
+    engine = Processes(2)
+    engine.start(process_of, [tmp_path])
+    wait_for(lambda: len(pids_in(tmp_path)) == 2)
+    outcomes = list(engine(process_of, [tmp_path] * 4))
+    assert sorted(outcome.index for outcome in outcomes) == [0, 1, 2, 3]
+    assert len(pids_in(tmp_path)) == 2
+    list(engine(process_of, [tmp_path]))
+    assert len(pids_in(tmp_path)) == 3
+
+
+def test_a_process_that_dies_before_its_work_is_replaced(dataset):
+    engine = Processes(1)
+    engine.start(Faulty(raises={"000001": "kill"}), [dataset["000001"]])
+    assert [outcome.row["status"] for outcome in engine(Faulty(), list(dataset))] == ["done"] * 3
+
+
+def test_work_gives_way_once_nobody_waits_for_it(tmp_path):
+    outcomes = Processes(1)(process_of, [tmp_path] * 3, awaited=2)
+    mine = os.getpriority(os.PRIO_PROCESS, 0)
+    assert [outcome.row["niceness"] for outcome in outcomes] == [mine, mine, max(mine, GIVING_WAY)]
+
+
+def test_all_processes_together_use_the_cores_once(tmp_path, monkeypatch):
+    for name in THREADS:
+        monkeypatch.delenv(name, raising=False)
+    [outcome] = Processes(1)(threads_of, [tmp_path])
+    assert set(outcome.row.values()) == {cores()}
+    outcomes = list(Processes(cores())(threads_of, [tmp_path] * cores()))
+    assert all(set(outcome.row.values()) == {1} for outcome in outcomes)
+
+
+def test_the_environment_is_the_callers_with_what_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    [outcome] = Processes(1, environment={"NUMBA_NUM_THREADS": "4"})(threads_of, [tmp_path])
+    assert (outcome.row["torch"], outcome.row["numba"]) == (1, 4)
+
+
+@pytest.mark.parametrize("fault", ["sleep", "compute"])
+def test_no_process_outlives_the_program_by_more_than_two_seconds(fault, tiny_dataset_root, tmp_path):
+    # without a main guard: workers must not run the script again
+    program = (
+        "import sys; from pathlib import Path; from tests.engines.faulty import Faulty\n"
+        "from corsmal.engines.processes import Processes; from corsmal.dataset import open_dataset\n"
+        f"task = Faulty(raises=dict.fromkeys(['000000', '000001'], '{fault}'), pids=Path(sys.argv[2]))\n"
+        "list(Processes(2)(task, list(open_dataset(sys.argv[1]))))\n"
+    )
+    script, folder = tmp_path / "program.py", tmp_path / "pids"
+    script.write_text(program, encoding="utf-8")
+    folder.mkdir()
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen([sys.executable, script, tiny_dataset_root, folder], env=environment) as process:
+        wait_for(lambda: len(pids_in(folder)) == 2)
+        process.kill()
+    wait_for(lambda: not any(map(is_alive, pids_in(folder))), seconds=GRACE_S)
+
+
+def test_a_number_of_processes_that_cannot_be_is_refused():
+    with pytest.raises(ArgumentError, match="count must be at least 1, got 0"):
+        Processes(0)
+
+
+def process_of(folder: Path) -> dict[str, int]:
+    """A task that leaves a file named after its process, and returns its niceness."""
+    (folder / str(os.getpid())).touch()
+    return {"niceness": os.getpriority(os.PRIO_PROCESS, 0)}
+
+
+def threads_of(_folder: Path) -> dict[str, int]:
+    """A task that returns how many threads the libraries use in its process."""
+    import cv2  # noqa: PLC0415 - the tests themselves do not need it
+    import numba  # noqa: PLC0415
+    import torch  # noqa: PLC0415
+
+    return {"torch": torch.get_num_threads(), "cv2": cv2.getNumThreads(), "numba": numba.get_num_threads()}
+
+
+def pids_in(folder):
+    return [int(path.name) for path in folder.iterdir() if path.name.isdigit()]
+
+
+def is_alive(pid):
+    """Whether a process runs; one that has ended and was not waited for does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
