@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.synthetic.render.kernels import Floats, Vector, kernel
+from corsmal.geometry import Floats
+from corsmal.synthetic.render.kernels import Vector, kernel
 from corsmal.synthetic.render.shading import Depth, Image, Mask, Rays, Window, lit, paint, ray, solid_pose
 from corsmal.synthetic.render.tracing import INF, at, block_entry
 from corsmal.synthetic.scene.containers import DemoContainer

@@ -8,17 +8,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError, NotFoundError
+from corsmal.geometry import Floats
 from corsmal.synthetic.render.boxes import draw_box
-from corsmal.synthetic.render.content import paint_filling, surface_of_filling
-from corsmal.synthetic.render.kernels import Floats
-from corsmal.synthetic.render.limbs import Limb, PackedLimbs, draw_limbs, pack_limbs
+from corsmal.synthetic.render.limbs import PackedLimbs, draw_limbs, pack_limbs
 from corsmal.synthetic.render.room import Shadow, draw_room, draw_shadows
-from corsmal.synthetic.render.shading import Depth, Image, Mask, Rays, gleam, light_values, ray, solid_pose
+from corsmal.synthetic.render.shading import (
+    Depth,
+    Image,
+    Mask,
+    Rays,
+    gleam,
+    light_values,
+    paint_filling,
+    ray,
+    solid_pose,
+    surface_of_filling,
+)
 from corsmal.synthetic.render.tracing import profile_crossings
 from corsmal.synthetic.render.vessels import FILLING_COLOURS, Vessel, draw_vessel
 from corsmal.synthetic.scene.containers import demo_container
-from corsmal.synthetic.scene.jug import JUG_HEIGHT_M, JUG_RADIUS_M
+from corsmal.synthetic.scene.limbs import Limb
 from corsmal.synthetic.scene.looks import Colour
+from corsmal.synthetic.scene.motion import JUG_HEIGHT_M, JUG_RADIUS_M
 from corsmal.synthetic.scene.person import chair_limbs, jug_handle, person_limbs
 from corsmal.synthetic.scene.profiles import Profile
 from corsmal.synthetic.scene.scene import Scene, make_scene

@@ -2,9 +2,19 @@
 
 import math
 
-from corsmal.synthetic.render.content import Layers, Shade, Walls, paint_filling
-from corsmal.synthetic.render.kernels import Floats, Pixel, Vector, kernel
-from corsmal.synthetic.render.shading import Image, Window, gleam, lit, ray
+from corsmal.geometry import Floats
+from corsmal.synthetic.render.kernels import Pixel, Vector, kernel
+from corsmal.synthetic.render.shading import (
+    Image,
+    Layers,
+    Shade,
+    Walls,
+    Window,
+    gleam,
+    lit,
+    paint_filling,
+    ray,
+)
 from corsmal.synthetic.render.tracing import INF, TINY, at, cylinder_span, profile_crossings, widest
 
 RIM_M = 0.0022

@@ -4,14 +4,11 @@ import os
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from corsmal.synthetic.writing.parts import CACHE_VARIABLE
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Pixel = tuple[int, int]
 """Row and column."""

@@ -1,44 +1,21 @@
-"""Limbs: cones with a sphere at each end, of which persons, hands, chairs and streams are made."""
+"""Drawing limbs."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from corsmal.synthetic.render.kernels import Floats, Pixel, Vector, kernel
+from corsmal.geometry import Floats
+from corsmal.synthetic.render.kernels import Pixel, Vector, kernel
 from corsmal.synthetic.render.shading import Depth, Image, Rays, brightness, light_values, paint
 from corsmal.synthetic.render.tracing import at, limb_entry
-from corsmal.synthetic.scene.looks import Colour, Light
+from corsmal.synthetic.scene.limbs import Limb
+from corsmal.synthetic.scene.looks import Light
 
 _CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 STRIPE_M = 0.022
 """Width of the rings of striped limbs."""
-
-
-@dataclass(frozen=True)
-class Limb:
-    """One limb.
-
-    Args:
-        start_m: (3,) centre of the first sphere.
-        end_m: (3,) centre of the second.
-        radius_start_m: its radius.
-        radius_end_m: the second one's.
-        colour: RGB 0..255.
-        flat: how thick it is in the direction ``flat_axis`` relative to the others; 1 is round.
-        flat_axis: (3,) a direction across the limb.
-        stripe: a second colour in rings along the limb; the same as ``colour`` where it is plain.
-    """
-
-    start_m: ArrayLike
-    end_m: ArrayLike
-    radius_start_m: float
-    radius_end_m: float
-    colour: Colour
-    flat: float = 1.0
-    flat_axis: tuple[float, float, float] = (0.0, 1.0, 0.0)
-    stripe: Colour | None = None
 
 
 @dataclass(frozen=True, eq=False)

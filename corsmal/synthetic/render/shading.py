@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.geometry import Camera
-from corsmal.synthetic.render.kernels import Floats, Pixel, Vector, kernel
-from corsmal.synthetic.render.tracing import INF, TINY
+from corsmal.geometry import Camera, Floats
+from corsmal.synthetic.render.kernels import Pixel, Vector, kernel
+from corsmal.synthetic.render.tracing import INF, TINY, at, grain
 from corsmal.synthetic.scene.looks import Light
 
 Image = NDArray[np.uint8]
@@ -16,6 +16,12 @@ Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Window = NDArray[np.int64]
 """Columns from and to, rows from and to, the ends excluded."""
+Layers = tuple[Image, Image, Depth, Mask, Mask]
+"""The image, the image before the vessel, depth, visible and amodal mask."""
+Walls = tuple[Floats, Floats, Floats]
+"""Profiles (2, n) in metres of the outer wall, the cavity and the filling; the last may be a single point."""
+Shade = tuple[Floats, Floats, Floats]
+"""Pose (7, 3), finish (14,) and light (8,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,3 +112,23 @@ def paint(image: Image, pixel: Pixel, colour: Vector, value: float, light: Float
     """Set a pixel to a colour of a brightness under the light's own colour."""
     for channel in range(3):
         image[pixel[0], pixel[1], channel] = min(255.0, max(0.0, colour[channel] * value * light[5 + channel]))
+
+
+@kernel
+def surface_of_filling(origin: Vector, direction: Vector, filled: Floats) -> float:
+    """Depth at which a ray from above meets the filling's surface; infinity where it does not."""
+    if filled.shape[1] < 2 or direction[2] >= 0.0:
+        return INF
+    t = (filled[0, -1] - origin[2]) / direction[2]
+    x, y, _ = at(origin, direction, t)
+    return float(t if x * x + y * y <= filled[1, -1] * filled[1, -1] else INF)
+
+
+@kernel
+def paint_filling(image: Image, pixel: Pixel, place: Vector, value: float, shade: Shade) -> None:
+    """Grains, or the surface of water."""
+    _, finish, light = shade
+    size = finish[9]
+    speckle = 0.84 + 0.3 * grain(math.floor(place[0] / size), math.floor(place[1] / size), math.floor(place[2] / size))
+    speckle = 1.0 if finish[11] > 0.0 else speckle
+    paint(image, pixel, (finish[6], finish[7], finish[8]), value * speckle, light)

@@ -8,7 +8,8 @@ import math
 
 import numpy as np
 
-from corsmal.synthetic.render.kernels import Floats, Vector, kernel
+from corsmal.geometry import Floats
+from corsmal.synthetic.render.kernels import Vector, kernel
 
 INF = np.inf
 TINY = 1e-12

@@ -5,10 +5,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corsmal.synthetic.render.content import Layers, Shade, Walls, paint_filling, surface_of_filling
+from corsmal.geometry import Floats
 from corsmal.synthetic.render.glass import draw_clear
-from corsmal.synthetic.render.kernels import Floats, Pixel, kernel
-from corsmal.synthetic.render.shading import Depth, Image, Mask, Rays, Window, gleam, lit, paint, ray, solid_pose
+from corsmal.synthetic.render.kernels import Pixel, kernel
+from corsmal.synthetic.render.shading import (
+    Depth,
+    Image,
+    Layers,
+    Mask,
+    Rays,
+    Shade,
+    Walls,
+    Window,
+    gleam,
+    lit,
+    paint,
+    paint_filling,
+    ray,
+    solid_pose,
+    surface_of_filling,
+)
 from corsmal.synthetic.render.tracing import INF, at, profile_crossings, widest
 from corsmal.synthetic.scene.looks import Colour
 from corsmal.synthetic.scene.profiles import Profile

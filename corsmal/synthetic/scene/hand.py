@@ -4,13 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from corsmal.synthetic.render.limbs import Limb
+from corsmal.geometry import Floats
 from corsmal.synthetic.scene.containers import DemoContainer
+from corsmal.synthetic.scene.limbs import Limb
 from corsmal.synthetic.scene.looks import Colour
 
-Floats = NDArray[np.float64]
 Outline = Callable[[float, float], tuple[Floats, Floats]]
 """From a length along a solid's outline (m, 0 at the palm, positive towards the fingers) and a height (m) to the point
 of the surface and the normal there, both (3,) in the solid's frame."""

@@ -1,16 +1,13 @@
 """The person: body, head and arms, made of limbs that follow the hands."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from corsmal.synthetic.render.limbs import Limb
+from corsmal.geometry import Floats
 from corsmal.synthetic.scene.hand import Grip, container_outline, hand_limbs, round_outline, wrist_m
-from corsmal.synthetic.scene.jug import JUG_HEIGHT_M, JUG_RADIUS_M
+from corsmal.synthetic.scene.limbs import Limb
 from corsmal.synthetic.scene.looks import Colour, Look
-from corsmal.synthetic.scene.paths import CENTRE_X_M
+from corsmal.synthetic.scene.motion import CENTRE_X_M, JUG_HEIGHT_M, JUG_RADIUS_M
 from corsmal.synthetic.scene.scene import Scene
-
-Floats = NDArray[np.float64]
 
 SEAT_Y_M = -0.37
 UPPER_ARM_M, FOREARM_M = 0.29, 0.26

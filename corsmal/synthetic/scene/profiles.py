@@ -8,11 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
+from corsmal.geometry import Floats
 
-Floats = NDArray[np.float64]
 SOLVER_STEPS = 60
 WALL_POINTS = 9
 STEM_RADIUS_MM = 4.0

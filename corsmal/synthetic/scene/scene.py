@@ -7,12 +7,11 @@ import numpy as np
 
 from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.geometry import Camera
-from corsmal.synthetic.render.room import Furniture
 from corsmal.synthetic.scene.cameras import VIEWS, draw_cameras
 from corsmal.synthetic.scene.containers import CONTAINER_IDS, DemoContainer, demo_container
+from corsmal.synthetic.scene.furniture import Furniture
 from corsmal.synthetic.scene.looks import DEMO_LIGHTS, DEMO_LOOKS, Light, Look, random_light, random_look
-from corsmal.synthetic.scene.motion import Motion, draw_motion
-from corsmal.synthetic.scene.paths import CENTRE_X_M
+from corsmal.synthetic.scene.motion import CENTRE_X_M, Motion, draw_motion
 from corsmal.synthetic.scene.timing import FILLING_NAMES, Timing, draw_timing
 from corsmal.synthetic.sound.events import Level, Material, SoundEvents
 

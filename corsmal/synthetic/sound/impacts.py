@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from corsmal.geometry import Floats
 from corsmal.synthetic.sound.events import Material
 
-Floats = NDArray[np.float64]
 Samples = NDArray[np.float32]
 
 _BANK = 48

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from corsmal.dataset.annotation import LEVEL_FRACTIONS
+from corsmal.geometry import Floats
 from corsmal.synthetic.sound.events import SoundEvents
-from corsmal.synthetic.sound.impacts import Floats, Samples, body_response, click_bank, ring, scatter
+from corsmal.synthetic.sound.impacts import Samples, body_response, click_bank, ring, scatter
 from corsmal.synthetic.sound.room import SPEED_OF_SOUND_M_S
 
 _WINDOW, _HOP = 1024, 256
