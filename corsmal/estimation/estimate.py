@@ -115,7 +115,7 @@ def _geometry(
         notes += tuple(reasons.values())
     values = {name: means.get(name) for name in MEASURED}
     return Estimate(
-        recording.id, "training means" if means else "failed", **values, best_frame=None, fit=None, notes=notes
+        recording.id, "fallback: training mean" if means else "failed", **values, best_frame=None, fit=None, notes=notes
     )
 
 

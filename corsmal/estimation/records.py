@@ -13,7 +13,7 @@ from corsmal.parameters import CentreRule
 from corsmal.quantities import MEASURED
 from corsmal.selection import BestFrame
 
-Status = Literal["fitted", "fitted, second pair", "training means", "failed"]
+Status = Literal["fitted", "fitted, second pair", "fallback: training mean", "failed"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class Estimate:
 
     Args:
         recording_id: the recording.
-        status: where the geometry's numbers come from; ``training means`` and ``failed``: both pairs failed.
+        status: where the geometry's numbers come from; ``fallback: training mean`` and ``failed``: both pairs failed.
         capacity_ml: mL, None when failed; likewise the widths and the height, mm.
         width_top_mm: diameter at the upper end.
         width_bottom_mm: diameter at the lower end.

@@ -1,7 +1,8 @@
 from .attribution import KNOWN_STAGES as KNOWN_STAGES
 from .attribution import blame_table as blame_table
 from .attribution import with_true as with_true
-from .challenge import SPLITS as SPLITS
+from .cells import cell_table as cell_table
+from .cells import comparison_note as comparison_note
 from .challenge import challenge_scores as challenge_scores
 from .challenge import overall_score as overall_score
 from .checking import Checked as Checked
@@ -13,6 +14,7 @@ from .estimates import check_estimates as check_estimates
 from .estimates import estimates_table as estimates_table
 from .estimates import read_estimates as read_estimates
 from .estimates import write_estimates as write_estimates
+from .exporting import ENDINGS as ENDINGS
 from .exporting import TABLE_FORMATS as TABLE_FORMATS
 from .exporting import export_table as export_table
 from .filling_tables import filling_confusion_tables as filling_confusion_tables
@@ -23,13 +25,18 @@ from .metrics import joint_classes as joint_classes
 from .metrics import mape as mape
 from .metrics import mpf1 as mpf1
 from .metrics import weighted_f1 as weighted_f1
+from .protocols import PROTOCOLS as PROTOCOLS
+from .protocols import STAMPS as STAMPS
+from .protocols import left_out as left_out
 from .published import LEADERBOARD_SPLITS as LEADERBOARD_SPLITS
-from .published import beside_paper as beside_paper
 from .published import leaderboard as leaderboard
+from .published import leaderboard_row as leaderboard_row
 from .published import leaderboard_with as leaderboard_with
 from .published import paper_table_2 as paper_table_2
 from .published import paper_table_3 as paper_table_3
 from .recordings import error_table as error_table
+from .splits import SPLITS as SPLITS
+from .splits import find_split as find_split
 from .submission import SUBMISSION_COLUMNS as SUBMISSION_COLUMNS
 from .submission import check_submission as check_submission
 from .submission import read_submission as read_submission
@@ -42,3 +49,5 @@ from .tables import container_table as container_table
 from .tables import metric_of as metric_of
 from .tables import recordings_behind as recordings_behind
 from .tables import recordings_confused as recordings_confused
+from .typesetting import table_2_texts as table_2_texts
+from .typesetting import typeset_table_2 as typeset_table_2

@@ -46,6 +46,8 @@ def with_true(estimates: pd.DataFrame, annotation: pd.DataFrame, stage: KnownSta
     table = check_estimates(estimates, known.index).table
     truth = known.loc[table.index]
     table = table.assign(**{name: truth[name].fillna(table[name]) for name in _COLUMNS[stage]})
+    if stage != "dimensions":  # the truth comes from no network
+        table[f"{'mass' if stage == 'container mass' else stage}_held_out"] = True
     fraction = table["filling_level"].map(dict(enumerate(LEVEL_FRACTIONS)))
     density = table["filling_type"].map(dict(enumerate(DENSITIES_G_PER_ML)))
     filling_mass = fraction * table["capacity_ml"] * density

@@ -5,15 +5,18 @@ from typing import Literal, TypeVar, get_args
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from corsmal.dataset.annotation import LEVEL_FRACTIONS
 from corsmal.errors import ArgumentError
-from corsmal.evaluation.checking import listed, truth_table
+from corsmal.evaluation.checking import Checked, listed, rows_of, truth_table
 from corsmal.evaluation.metrics import joint_classes, weighted_f1
-from corsmal.evaluation.submission import check_submission
+from corsmal.evaluation.splits import SPLITS, Split
+from corsmal.evaluation.submission import ID_COLUMN, check_submission
 
-Split = Literal["train", "public", "private", "other"]
-SPLITS: tuple[Split, ...] = get_args(Split)
+Absent = Literal["zero", "skip"]
+ABSENT: tuple[Absent, ...] = get_args(Absent)
+"""What a recording without a row counts: 0, or not at all."""
 
 OFFSETS: dict[Split, float] = {"train": 0.047505, "public": 0.004339, "private": 0.004338, "other": 0.0}
 """What s8 gains: the annotated filling masses are not quite level × capacity × density, so that without it a perfect
@@ -33,18 +36,26 @@ SCORES = {
 """What each score is about. s9 and s10 come from a simulator and are 0 here."""
 
 _MASS_TASKS = ("filling_level", "filling_type", "capacity_ml")
+_FROM = {"filling": ["filling_level", "filling_type", "filling_mass_g"], "mass": ["container_mass_g"]}
+"""What cannot be scored where a stage's numbers are left out."""
 
 Score = TypeVar("Score", float, pd.Series)
 
 
 def challenge_scores(
-    annotation: pd.DataFrame, submission: pd.DataFrame, baseline: pd.DataFrame | None = None, split: Split = "train"
+    annotation: pd.DataFrame,
+    submission: pd.DataFrame,
+    baseline: pd.DataFrame | None = None,
+    split: Split = "train",
+    *,
+    absent: Absent = "zero",
+    excluded: Checked | None = None,
 ) -> pd.Series:
     """The challenge's scores of a submission.
 
-    −1 stands for no estimate, and so does what cannot be used: a missing row, NaN, a negative number, a class that
-    there is not. A recording without an estimate scores 0, and so does a task whose column is −1 everywhere. Recordings
-    whose truth is unknown are left out of the score that needs it.
+    −1 stands for no estimate, and so does what cannot be used: NaN, a negative number, a class that there is not. A
+    recording without an estimate scores 0, and so does a task whose column is −1 everywhere. Recordings whose truth is
+    unknown are left out of the score that needs it.
 
     Args:
         annotation: a dataset's table, or the columns of the annotation file.
@@ -53,31 +64,41 @@ def challenge_scores(
             the level or the capacity was not attempted; the type is not needed, because s8 is computed with the
             annotated density.
         split: which of the challenge's sets this is, for s8's offset; ``other`` for data that is none of them.
+        absent: how recordings without a row count: ``zero``, which is the challenge's rule, or ``skip``: they are not
+            scored.
+        excluded: from ``left_out``: the recordings whose filling or mass is not scored; default: none.
 
     Returns:
         ``s1`` to ``s8``, ``overall`` (at most 75 without the simulator's two scores), ``JFTL`` (joint filling type and
-        level) and ``CMD`` (container capacity and dimensions), each 0 to 100; NaN where the annotation has no truth.
-        ``attrs["notes"]`` holds sentences on what was missing or left out.
+        level) and ``CMD`` (container capacity and dimensions), each 0 to 100; NaN where there is no truth to score by.
+        Where only some of a challenge's set is scored, s8's offset is what perfect estimates of these recordings lack.
+        ``attrs`` holds ``split``, ``is_whole`` (every recording is scored) and ``notes``, sentences on what was missing
+        or left out.
 
     Raises:
-        ArgumentError: a table has no ids or no rows in common with the annotation, or the split is unknown.
+        ArgumentError: a table has no ids or no rows in common with the annotation, or a choice is unknown.
     """
-    if split not in SPLITS:
-        raise ArgumentError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
-    truth = truth_table(annotation)
+    for what, choice, choices in (("split", split, SPLITS), ("absent", absent, ABSENT)):
+        if choice not in choices:
+            raise ArgumentError(f"{what} must be one of {', '.join(choices)}, got {choice!r}")
+    known = truth_table(annotation)
+    scored = _scored(known, submission, absent, excluded)
+    truth, is_whole = scored.table, scored.table.equals(known)
     checked = check_submission(submission, truth.index)
-    estimates, notes = checked.table, [*checked.notes, *_unknown(truth)]
+    estimates = checked.table
     scores = {name: _task_score(truth[about], estimates[about]) for name, about in SCORES.items() if name != "s8"}
     attempted = [task for task in _MASS_TASKS if estimates[task].notna().any()]
     if baseline is not None:
         other = check_submission(baseline, truth.index, what="baseline").table
         estimates = estimates.assign(**{task: other[task] for task in _MASS_TASKS if task not in attempted})
-    scores["s8"] = _filling_mass_score(truth, estimates, OFFSETS[split]) * len(attempted) / len(_MASS_TASKS)
+    offset = OFFSETS[split] if is_whole or split == "other" else None
+    scores["s8"] = _filling_mass_score(truth, estimates, offset) * len(attempted) / len(_MASS_TASKS)
     scores["overall"] = overall_score(scores)
     scores["JFTL"] = _joint_score(truth, checked.table)
     scores["CMD"] = scores["s3"] / 2 + (scores["s4"] + scores["s5"] + scores["s6"]) / 6
     result = pd.Series(scores, name="score (%)", dtype=np.float64)
-    result.attrs["notes"] = tuple(notes)
+    notes = (*scored.notes, *checked.notes, *_unknown(known.loc[truth.index]))
+    result.attrs |= {"notes": notes, "split": split, "is_whole": is_whole}
     return result
 
 
@@ -109,18 +130,46 @@ def _task_score(truth: pd.Series, estimates: pd.Series) -> float:
     return 100 * float(np.nan_to_num(score).mean())
 
 
-def _filling_mass_score(truth: pd.DataFrame, estimates: pd.DataFrame, offset: float) -> float:
-    """s8 before it is weighted by the share of tasks that were attempted, in %."""
-    known = truth[["filling_mass_g", "filling_density_g_per_ml"]].notna().all(axis=1)
-    if not known.any():
+def _scored(truth: pd.DataFrame, submission: pd.DataFrame, absent: Absent, excluded: Checked | None) -> Checked:
+    """The truth that the submission is scored by, and sentences on what is not scored."""
+    scored, notes = truth.copy(), []
+    if absent == "skip":
+        present = rows_of(submission, truth.index, id_column=ID_COLUMN, what="submission").table.index
+        scored = scored[scored.index.isin(present)]
+        if missing := len(truth) - len(scored):
+            notes.append(
+                f"submission: {len(scored)} of the annotation's {len(truth)} recordings have a row and are scored; "
+                f"{missing} have none and are not scored"
+            )
+    if excluded is not None:
+        notes += excluded.notes
+        for stage, columns in _FROM.items():
+            is_out = excluded.table[stage].reindex(scored.index, fill_value=False)
+            scored.loc[is_out, columns] = np.nan
+    return Checked(scored, tuple(notes))
+
+
+def _filling_mass_score(truth: pd.DataFrame, estimates: pd.DataFrame, offset: float | None) -> float:
+    """s8 before it is weighted by the share of tasks that were attempted, in %; None: what perfect estimates lack."""
+    truth = truth[truth[["filling_mass_g", "filling_density_g_per_ml"]].notna().all(axis=1)]
+    if truth.empty:
         return np.nan
-    true_mass = truth.loc[known, "filling_mass_g"].to_numpy()
-    fraction = estimates.loc[known, "filling_level"].map(dict(enumerate(LEVEL_FRACTIONS)))
-    mass = fraction * estimates.loc[known, "capacity_ml"] * truth.loc[known, "filling_density_g_per_ml"]
-    if mass.isna().all():
+    score = _filling_masses_score(truth, estimates)
+    if np.isnan(score).all():
         return 0.0
-    error = np.abs(mass.to_numpy() - true_mass) / np.where(true_mass > 0, true_mass, 1.0)
-    return 100 * (float(np.nan_to_num(np.exp(-error)).mean()) + offset)
+    if offset is None:
+        offset = float(np.nan_to_num(1 - np.nanmean(_filling_masses_score(truth, truth))))
+    return 100 * (float(np.nan_to_num(score).mean()) + offset)
+
+
+def _filling_masses_score(truth: pd.DataFrame, estimates: pd.DataFrame) -> NDArray[np.float64]:
+    """Each recording's closeness to the annotated filling mass, 0 to 1; NaN where the level or capacity is missing."""
+    estimates = estimates.loc[truth.index]
+    fraction = estimates["filling_level"].map(dict(enumerate(LEVEL_FRACTIONS)))
+    mass = (fraction * estimates["capacity_ml"] * truth["filling_density_g_per_ml"]).to_numpy()
+    true_mass = truth["filling_mass_g"].to_numpy()
+    score: NDArray[np.float64] = np.exp(-np.abs(mass - true_mass) / np.where(true_mass > 0, true_mass, 1.0))
+    return score
 
 
 def _joint_score(truth: pd.DataFrame, estimates: pd.DataFrame) -> float:

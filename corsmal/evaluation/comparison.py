@@ -1,26 +1,25 @@
-"""Two runs on the same recordings: is the difference more than luck, and which recordings changed sides."""
+"""Two runs on the same recordings: is the difference significant, and which estimates became right or wrong."""
 
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
-from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE, f1_by_class
-from corsmal.evaluation.tables import AVERAGE, METRICS
+from corsmal.evaluation.bootstrap import RESAMPLES, Floats, draw_weights, interval, weighted_metric
+from corsmal.evaluation.metrics import CLASS_NAMES
+from corsmal.evaluation.tables import AVERAGE, METRICS, is_counted
 
-Floats = NDArray[np.float64]
+NO_DIFFERENCE = "no significant difference"
 
 
 def compare_runs(
-    first: pd.DataFrame, second: pd.DataFrame, *, rng: np.random.Generator, resamples: int = 2000
+    first: pd.DataFrame, second: pd.DataFrame, *, rng: np.random.Generator, resamples: int = RESAMPLES
 ) -> pd.DataFrame:
     """Paired differences of Table 2's metrics between two runs, with bootstrap intervals.
 
     Only recordings that both runs have are compared; for MAPE, those for which both have an estimate. Within each
-    container n − 1 of its n recordings are drawn with replacement, the same ones for both runs: one less than there
-    are, so that the spread is right for few recordings too (Rao and Wu, 1988). A single recording has no spread, and
+    container the same recordings are drawn for both runs, see ``draw_weights``. A single recording has no spread, and
     neither has an average over a container with one.
 
     Args:
@@ -33,34 +32,35 @@ def compare_runs(
         A row per container and metric, then one per metric for ``Average``, the mean over containers:
         ``container_id``, ``container``, ``metric``, ``recordings`` (compared), ``first``, ``second`` (in %),
         ``difference`` (second − first, percentage points), ``low``, ``high`` (its 95 % interval, NaN without a
-        spread) and ``verdict`` on the second run: ``better`` or ``worse`` when the interval excludes 0, else ``not
-        told apart``. What one of the runs did not estimate has no row.
+        spread), ``verdict`` on the second run: ``better`` or ``worse`` when the interval excludes 0, else ``no
+        significant difference``; and ``protocol``. What one of the runs did not estimate has no row.
 
     Raises:
-        ArgumentError: the runs have no recording of a known container in common, or resamples is below 100.
+        ArgumentError: the runs have no recording of a known container in common, are judged by different protocols, or
+            resamples is below 100.
     """
-    if resamples < 100:
-        raise ArgumentError(f"resamples must be at least 100, got {resamples}")
     first, second = _in_common(first, second)
     rows: list[dict[str, Any]] = []
     drawn: dict[str, list[tuple[int, Floats]]] = {metric: [] for metric in METRICS}
     for number, group in first.groupby("container_id"):
         known = {"container_id": number, "container": group["container"].iloc[0] or f"container {number}"}
-        weights = _weights(len(group), resamples, rng)
+        weights = draw_weights(len(group), resamples=resamples, rng=rng)
+        sides = (group, second.loc[group.index])
         for metric in METRICS:
-            count, values = _weighted_metric(metric, group, second.loc[group.index], weights)
-            if count:
+            counts = (is_counted(sides[0], metric) & is_counted(sides[1], metric)).to_numpy()
+            values = np.array([weighted_metric(side, metric, weights, counts=counts) for side in sides])
+            if count := int(counts.sum()):
                 rows.append(known | {"metric": metric} | _summary(metric, count, values, has_spread=count > 1))
                 drawn[metric].append((count, values))
     for metric, parts in drawn.items():
         if parts:
             mean = np.mean([values for _, values in parts], axis=0)
-            counts = [count for count, _ in parts]
-            summary = _summary(metric, sum(counts), mean, has_spread=min(counts) > 1)
+            compared = [count for count, _ in parts]
+            summary = _summary(metric, sum(compared), mean, has_spread=min(compared) > 1)
             rows.append({"container_id": pd.NA, "container": AVERAGE, "metric": metric} | summary)
     if not rows:
         raise ArgumentError("first and second must have estimates of the same quantity for some recording in common")
-    return pd.DataFrame(rows).astype({"container_id": "Int64"})
+    return pd.DataFrame(rows).assign(protocol=first["protocol"].iloc[0]).astype({"container_id": "Int64"})
 
 
 def changed_sides(first: pd.DataFrame, second: pd.DataFrame, *, threshold_percent: float = 20.0) -> pd.DataFrame:
@@ -69,7 +69,7 @@ def changed_sides(first: pd.DataFrame, second: pd.DataFrame, *, threshold_percen
     Args:
         first: from ``error_table``.
         second: from ``error_table``, of another run on the same annotation.
-        threshold_percent: a quantity is right when its error is at most so many percent of the truth; without an
+        threshold_percent: a quantity is right when its error is at most this share of the truth, in %; without an
             estimate it is wrong.
 
     Returns:
@@ -102,49 +102,23 @@ def changed_sides(first: pd.DataFrame, second: pd.DataFrame, *, threshold_percen
 
 def _in_common(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     for name, run in (("first", first), ("second", second)):
-        if not isinstance(run, pd.DataFrame) or not {"container_id", "failed", *METRICS.values()} <= set(run.columns):
+        if not isinstance(run, pd.DataFrame) or not {"container_id", "protocol", *METRICS.values()} <= set(run.columns):
             raise ArgumentError(f"{name} must be an error table, see error_table")
+    protocols = [str(run["protocol"].iloc[0]) for run in (first, second) if len(run)]
+    if len(set(protocols)) > 1:
+        raise ArgumentError(f"first and second must be judged by the same protocol, got {' and '.join(protocols)}")
     known = first.index[first["container_id"].notna()].intersection(second.index)
     if known.empty:
         raise ArgumentError("first and second have no recording of a known container in common")
     return first.loc[known], second.loc[known]
 
 
-def _weights(n: int, resamples: int, rng: np.random.Generator) -> Floats:
-    """How often each of n recordings counts: once each in row 0, as drawn in the rows after it."""
-    drawn = rng.multinomial(n - 1, np.full(n, 1 / n), size=resamples) if n > 1 else np.ones((resamples, 1))
-    return np.vstack([np.ones(n), drawn])
-
-
-def _weighted_metric(metric: str, first: pd.DataFrame, second: pd.DataFrame, weights: Floats) -> tuple[int, Floats]:
-    """How many recordings are compared, and the metric of both runs by row of weights, (2, rows)."""
-    column = METRICS[metric]
-    if column in CLASS_NAMES:
-        name = f"{column}_correct"
-        known = (first[name].notna() & second[name].notna()).to_numpy()
-        truth = first.loc[known, f"{column}_true"].to_numpy(dtype=np.int64)
-        answers = [run.loc[known, column].to_numpy(dtype=np.int64, na_value=NO_ESTIMATE) for run in (first, second)]
-        scores = [f1_by_class(truth, answer, weights[:, known])[0] for answer in answers]
-        return int(known.sum()), np.array(
-            [100 * _ratio(np.nansum(f1, axis=1), (~np.isnan(f1)).sum(axis=1)) for f1 in scores]
-        )
-    errors = np.abs([first[column].to_numpy(), second[column].to_numpy()])
-    has_both = np.isfinite(errors).all(axis=0)
-    weights = weights[:, has_both]
-    return int(has_both.sum()), _ratio(errors[:, has_both] @ weights.T, weights.sum(axis=1))
-
-
-def _ratio(sums: Floats, counts: NDArray[Any]) -> Floats:
-    """NaN where a draw has none of the recordings that count."""
-    return np.divide(sums, counts, out=np.full(np.shape(sums), np.nan), where=counts > 0)
-
-
 def _summary(metric: str, count: int, values: Floats, *, has_spread: bool) -> dict[str, Any]:
     """One row of the comparison from (2, rows) values, the first of which belong to the recordings as they are."""
     differences = values[1] - values[0]
-    low, high = np.nanpercentile(differences[1:], [2.5, 97.5]) if has_spread else (np.nan, np.nan)
+    low, high = interval(differences, has_spread=has_spread)
     gain = -1 if metric.endswith("_mape") else 1
-    verdict = "not told apart"
+    verdict = NO_DIFFERENCE
     if low > 0 or high < 0:
         verdict = "better" if gain * differences[0] > 0 else "worse"
     summary = {"recordings": count, "first": values[0, 0], "second": values[1, 0], "difference": differences[0]}

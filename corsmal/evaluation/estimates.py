@@ -20,12 +20,16 @@ from corsmal.files import writing
 from corsmal.quantities import MEASURED
 
 ID_COLUMN = "recording_id"
-FAILED = ("training means", "failed")
+FALLBACK = "fallback: training mean"
+FAILED = (FALLBACK, "failed")
 """The states of an estimate whose container could not be measured, whatever numbers it holds."""
 
-_TEXTS = ("status", "pair", "notes")
+_TEXTS = ("status", "pair", "protocol", "filling_weights", "mass_weights", "notes")
+_FLAGS = ("filling_held_out", "mass_held_out")
+_TRUTHS = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
 _MASSES = ("filling_mass_g", "object_mass_g")
 _PROBABILITIES = (*(f"type_p{number}" for number in range(4)), *(f"level_p{number}" for number in range(3)))
+_REST = (*_MASSES, *_PROBABILITIES, "best_frame", "execution_time_ms")
 _WHOLE = (*CLASS_NAMES, "best_frame")
 
 ESTIMATE_COLUMNS = (
@@ -37,11 +41,22 @@ ESTIMATE_COLUMNS = (
     *_PROBABILITIES,
     "best_frame",
     "pair",
+    "execution_time_ms",
+    "protocol",
+    "filling_weights",
+    "filling_held_out",
+    "mass_weights",
+    "mass_held_out",
     "notes",
 )
 """The table's columns in order. Quantities are mL, mm and g; classes are numbered as in the annotation; ``type_p0`` to
-``level_p2`` are probabilities; ``best_frame`` and ``pair`` say where the hull comes from, ``notes`` what went wrong.
-−1, NaN or nothing: no estimate."""
+``level_p2`` are probabilities; ``best_frame`` and ``pair`` say where the hull comes from, ``notes`` what went wrong;
+``execution_time_ms`` is how long the recording's own estimate took. −1, NaN or nothing: no estimate.
+
+``filling_weights`` and ``mass_weights`` are digests of the networks' weights, empty where no network was used;
+``filling_held_out`` and ``mass_held_out`` say whether the network was trained without the recording, NA where that is
+not known or no network was used. ``protocol`` is ``paper`` where the recording helped to choose the epoch at which the
+network's training stopped."""
 
 
 def estimates_table(rows: Iterable[Mapping[str, Any]] | pd.DataFrame) -> pd.DataFrame:
@@ -90,11 +105,11 @@ def check_estimates(estimates: pd.DataFrame, recordings: pd.Index) -> Checked:
     if "status" not in given:
         notes.append("estimates: there is no column 'status'; a recording counts as failed where a number is missing")
     scored = numbers_of(given, {name: name for name in (*MEASURED, *CLASS_NAMES)}, what="estimates")
-    rest = [name for name in (*_MASSES, *_PROBABILITIES, "best_frame") if name in given]
+    rest = [name for name in _REST if name in given]
     others = numbers_of(given, {name: name for name in rest}, what="estimates")
-    texts = {name: _typed(given[name], name) if name in given else "" for name in _TEXTS}
-    table = pd.concat([scored.table, others.table.reindex(columns=[*_MASSES, *_PROBABILITIES, "best_frame"])], axis=1)
-    table = table.assign(**texts).reindex(columns=list(ESTIMATE_COLUMNS[1:]))
+    typed = {name: _typed(given.get(name, pd.Series(index=given.index)), name) for name in (*_TEXTS, *_FLAGS)}
+    table = pd.concat([scored.table, others.table.reindex(columns=list(_REST))], axis=1)
+    table = table.assign(**typed).reindex(columns=list(ESTIMATE_COLUMNS[1:]))
     in_order = table.reindex(recordings[recordings.isin(table.index)])
     return Checked(in_order, (*notes, *scored.notes, *others.notes))
 
@@ -144,6 +159,8 @@ def _typed(column: pd.Series, name: str) -> pd.Series:
         return column.map(lambda value: as_recording_id(value) or str(value)).astype("str")
     if name in _TEXTS:
         return column.astype("object").where(column.notna(), "").astype("str")
+    if name in _FLAGS:
+        return column.map(lambda value: _TRUTHS.get(str(value).lower())).astype("boolean")
     try:
         numbers = pd.to_numeric(column).astype("float64")
     except (ValueError, TypeError):

@@ -1,4 +1,4 @@
-"""Tables as CSV, LaTeX and HTML, with the digits that mean something."""
+"""Tables as CSV, LaTeX, HTML and Markdown, with the digits that mean something."""
 
 from collections.abc import Callable
 from typing import Literal, get_args
@@ -7,12 +7,17 @@ import pandas as pd
 
 from corsmal.errors import ArgumentError
 
-TableFormat = Literal["csv", "latex", "html"]
+TableFormat = Literal["csv", "latex", "html", "markdown"]
 TABLE_FORMATS: tuple[TableFormat, ...] = get_args(TableFormat)
+ENDINGS: dict[TableFormat, str] = {"csv": ".csv", "latex": ".tex", "html": ".html", "markdown": ".md"}
+"""Of the files' names."""
 
 MISSING = "–"
 
-_ENDINGS = {
+Lines = list[list[str]]
+"""The cells of a table by row, the headings first."""
+
+_UNITS = {
     "_mpf1": ", MPF1 (%) ↑",
     "_mape": ", MAPE (%) ↓",
     "_percent": " (%)",
@@ -48,8 +53,8 @@ def export_table(table: pd.DataFrame, *, table_format: TableFormat, digits: int 
 
     Args:
         table: its index is left out unless it has a name.
-        table_format: ``csv`` keeps the columns' names and leaves out what is missing; ``latex`` (with booktabs' rules)
-            and ``html`` (a ``<table>``) have headings for people and a dash.
+        table_format: ``csv`` keeps the columns' names and leaves out what is missing; ``latex`` (with booktabs' rules),
+            ``html`` (a ``<table>``) and ``markdown`` have headings for people and a dash.
         digits: after the point, in numbers that are not whole by nature.
 
     Returns:
@@ -63,22 +68,30 @@ def export_table(table: pd.DataFrame, *, table_format: TableFormat, digits: int 
     if digits < 0:
         raise ArgumentError(f"digits must not be negative, got {digits}")
     named = table.reset_index() if table.index.names != [None] else table
-    missing = "" if table_format == "csv" else MISSING
-    texts = pd.DataFrame({name: _texts(named[name], digits, missing) for name in named.columns}, dtype="object")
+    columns = [_texts(named[name], digits, missing="" if table_format == "csv" else MISSING) for name in named.columns]
     if table_format == "csv":
-        return texts.to_csv(index=False, lineterminator="\n")
-    texts.columns = pd.Index([heading(str(name)) for name in named.columns])
+        return pd.DataFrame(dict(zip(named.columns, columns, strict=True))).to_csv(index=False, lineterminator="\n")
     is_number = [pd.api.types.is_numeric_dtype(dtype) for dtype in named.dtypes]
-    return _WRITERS[table_format](texts, is_number) + "\n"
+    signed = [
+        [text.replace("-", "−") for text in column] if right else column
+        for column, right in zip(columns, is_number, strict=True)
+    ]
+    lines = [[heading(str(name)) for name in named.columns], *map(list, zip(*signed, strict=True))]
+    return _WRITERS[table_format](lines, is_number) + "\n"
 
 
 def heading(name: str) -> str:
     """A column's name as people read it: ``capacity_mape`` is "Capacity, MAPE (%) ↓"."""
-    for ending, shown in _ENDINGS.items():
+    for ending, shown in _UNITS.items():
         if name.endswith(ending):
             return heading(name.removesuffix(ending)) + shown
     words = name.replace("_", " ")
     return words[:1].upper() + words[1:]
+
+
+def latex_text(text: str) -> str:
+    """Text with LaTeX's own signs escaped."""
+    return "".join(_LATEX.get(letter, letter) for letter in text)
 
 
 def _texts(column: pd.Series, digits: int, missing: str) -> list[str]:
@@ -86,41 +99,21 @@ def _texts(column: pd.Series, digits: int, missing: str) -> list[str]:
     return [missing if pd.isna(value) else f"{value:.{digits}f}" if is_float else str(value) for value in column]
 
 
-def _latex(texts: pd.DataFrame, is_number: list[bool]) -> str:
-    def row(cells: list[str]) -> str:
-        return " & ".join("".join(_LATEX.get(letter, letter) for letter in cell) for cell in cells) + r" \\"
-
-    lines = [
-        [_signed(cell) if right else cell for cell, right in zip(cells, is_number, strict=True)]
-        for cells in texts.to_numpy()
-    ]
+def _latex(lines: Lines, is_number: list[bool]) -> str:
+    head, *rows = [" & ".join(map(latex_text, cells)) + r" \\" for cells in lines]
     columns = "".join("r" if right else "l" for right in is_number)
-    return "\n".join(
-        [
-            rf"\begin{{tabular}}{{{columns}}}",
-            r"\toprule",
-            row(list(texts.columns)),
-            r"\midrule",
-            *map(row, lines),
-            r"\bottomrule",
-            r"\end{tabular}",
-        ]
-    )
+    start = [rf"\begin{{tabular}}{{{columns}}}", r"\toprule", head, r"\midrule"]
+    return "\n".join([*start, *rows, r"\bottomrule", r"\end{tabular}"])
 
 
-def _html(texts: pd.DataFrame, is_number: list[bool]) -> str:
-    signed = pd.DataFrame(
-        {
-            name: [_signed(cell) for cell in texts[name]] if right else texts[name]
-            for name, right in zip(texts, is_number, strict=True)
-        }
-    )
-    return str(signed.to_html(index=False, escape=True, border=0))
+def _html(lines: Lines, is_number: list[bool]) -> str:  # noqa: ARG001 - one signature for all formats
+    return str(pd.DataFrame(lines[1:], columns=lines[0]).to_html(index=False, escape=True, border=0))
 
 
-def _signed(text: str) -> str:
-    """A number with a minus sign in place of a hyphen."""
-    return text.replace("-", "−")
+def _markdown(lines: Lines, is_number: list[bool]) -> str:
+    rules = ["---:" if right else "---" for right in is_number]
+    escaped = [[cell.replace("|", r"\|") for cell in cells] for cells in lines]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (escaped[0], rules, *escaped[1:]))
 
 
-_WRITERS: dict[str, Callable[[pd.DataFrame, list[bool]], str]] = {"latex": _latex, "html": _html}
+_WRITERS: dict[str, Callable[[Lines, list[bool]], str]] = {"latex": _latex, "html": _html, "markdown": _markdown}

@@ -8,7 +8,6 @@ import pandas as pd
 
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.challenge import overall_score
-from corsmal.evaluation.tables import METRICS
 
 LeaderboardSplit = Literal["public", "private", "combined"]
 LEADERBOARD_SPLITS: tuple[LeaderboardSplit, ...] = get_args(LeaderboardSplit)
@@ -72,23 +71,39 @@ def leaderboard(split: LeaderboardSplit) -> pd.DataFrame:
     return table[order].assign(overall_without_simulator=overall_score(scores))
 
 
+def leaderboard_row(scores: pd.Series, *, name: str) -> pd.DataFrame:
+    """Scores as one row in the columns of a leaderboard, without what only the simulator gives.
+
+    Args:
+        scores: from ``challenge_scores``.
+        name: what the row is called in the column ``team``.
+    """
+    row = {"team": name} | {column: scores[score] for score, column in SCORE_NAMES.items()}
+    row["overall_without_simulator"] = scores["overall"]
+    columns = leaderboard("combined").columns
+    return pd.DataFrame([row], columns=columns).astype(dict.fromkeys(columns.drop("team"), "float64"))
+
+
 def leaderboard_with(scores: pd.Series, *, split: LeaderboardSplit, name: str) -> pd.DataFrame:
     """The leaderboard with one more row, the best first.
 
     Args:
-        scores: from ``challenge_scores``.
+        scores: from ``challenge_scores``, of the same set, with every recording counted.
         split: which leaderboard.
         name: what the row is called in the column ``team``.
 
     Returns:
-        As ``leaderboard``, sorted by ``overall_without_simulator``, the new row without what only the simulator gives.
+        As ``leaderboard``, sorted by ``overall_without_simulator``.
+
+    Raises:
+        ArgumentError: the split is unknown, or the scores are of other recordings than the leaderboard's.
     """
-    row = {"team": name} | {column: scores[score] for score, column in SCORE_NAMES.items()}
-    row["overall_without_simulator"] = scores["overall"]
     table = leaderboard(split)
-    table.loc[len(table)] = pd.Series(row).reindex(table.columns)
-    numbers = dict.fromkeys(table.columns.drop("team"), "float64")
-    return table.astype(numbers).sort_values("overall_without_simulator", ascending=False, ignore_index=True)
+    if scores.attrs.get("split") != split or not scores.attrs.get("is_whole"):
+        own = f"{scores.attrs.get('split')}, {'all' if scores.attrs.get('is_whole') else 'not all'} recordings"
+        raise ArgumentError(f"scores must be of all recordings of the {split} set to stand among its teams, got {own}")
+    table = pd.concat([table, leaderboard_row(scores, name=name)], ignore_index=True)
+    return table.sort_values("overall_without_simulator", ascending=False, ignore_index=True)
 
 
 def attempted_share(table: pd.DataFrame) -> pd.Series:
@@ -98,21 +113,6 @@ def attempted_share(table: pd.DataFrame) -> pd.Series:
     """
     done = pd.DataFrame({task[0]: table[list(task)].gt(0).any(axis=1) for task in _TASKS})
     return done.mean(axis=1)
-
-
-def beside_paper(table: pd.DataFrame) -> pd.DataFrame:
-    """Table 2 minus the paper's, in percentage points.
-
-    Args:
-        table: from ``container_table``.
-
-    Returns:
-        The same rows and columns without the counts; NaN where the paper has no such container.
-    """
-    metrics = list(METRICS)
-    paper = paper_table_2().set_index("container_id")[metrics]
-    difference = table.set_index("container_id")[metrics] - paper.reindex(table["container_id"])
-    return pd.concat([table[["container_id", "container"]], difference.reset_index(drop=True)], axis=1)
 
 
 @cache

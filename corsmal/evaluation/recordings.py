@@ -5,39 +5,42 @@ import pandas as pd
 from corsmal.evaluation.checking import listed, truth_table
 from corsmal.evaluation.estimates import FAILED, check_estimates
 from corsmal.evaluation.metrics import CLASS_NAMES, relative_errors
+from corsmal.evaluation.protocols import BY_NETWORKS, STAMPS, Protocol, left_out
 from corsmal.quantities import MEASURED, QUANTITIES
 
-ERROR_COLUMNS = {quantity.name: quantity.error_column for quantity in QUANTITIES if not quantity.is_class}
-"""The error table's column of each quantity."""
 
-
-def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame) -> pd.DataFrame:
+def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame, *, protocol: Protocol = "held-out") -> pd.DataFrame:
     """How far off each estimate is.
 
     Args:
         estimates: with columns of ``ESTIMATE_COLUMNS``; all but ``recording_id`` may be absent.
         annotation: a dataset's table, or the columns of the annotation file.
+        protocol: which numbers of networks are judged, see ``left_out``.
 
     Returns:
         Indexed by ``recording_id``, the recordings that both have:
 
         - ``container_id``, ``container``, ``kind``; the estimate's ``status``, ``pair``, ``notes`` and ``best_frame``;
         - ``failed``: the container could not be measured, or there is no estimate of something that the run estimates;
-        - ``*_error_percent``: 100 (estimate − truth) / truth, NaN where either is missing. Training means that stand in
-          for a failed fit are estimates like others: ``failed`` tells them apart;
-        - ``filling_type``, ``filling_level`` (predicted), the same with ``_true``, and with ``_correct``: NA where the
-          truth is unknown or the run does not classify at all; false where it does and has no answer;
-        - ``filling_mass_error_g``: estimate − truth, NaN where either is missing.
+        - ``protocol``, and ``filling_left_out`` and ``mass_left_out``: the protocol leaves the stage's numbers out;
+        - for each number, with ``_judged``: whether it counts, even if as a failure: its truth is known, the run
+          estimates it and the protocol does not leave it out;
+        - ``*_error_percent``: 100 (estimate − truth) / truth, NaN where it is not judged or there is no estimate.
+          Training means that stand in for a failed fit are estimates like others: ``failed`` tells them apart;
+        - ``filling_type``, ``filling_level`` (predicted), the same with ``_true``, and with ``_correct``: NA where it
+          is not judged; false where there is no answer;
+        - ``filling_mass_error_g``: estimate − truth, NaN where either is missing or the filling is left out.
 
         ``attrs["notes"]`` holds sentences on what was missing or left out.
 
     Raises:
-        ArgumentError: a table has no ids, or they have no recording in common.
+        ArgumentError: a table has no ids, they have no recording in common, or the protocol is unknown.
     """
     known = truth_table(annotation)
     checked = check_estimates(estimates, known.index)
     table, truth = checked.table, known.loc[checked.table.index]
-    notes = list(checked.notes)
+    excluded = left_out(table, protocol=protocol)
+    notes = [*([] if protocol == "held-out" else [STAMPS[protocol]]), *excluded.notes, *checked.notes]
     is_failed = table["status"].isin(FAILED)
     for name in (*MEASURED, *CLASS_NAMES):
         if table[name].notna().any():
@@ -50,17 +53,21 @@ def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame) -> pd.DataFra
     columns = {name: truth[name] for name in ("container_id", "container", "kind")}
     columns |= {name: table[name] for name in ("status", "pair", "notes")}
     columns |= {"best_frame": table["best_frame"].round().astype("Int64"), "failed": is_failed}
-    for name, error_name in ERROR_COLUMNS.items():
+    columns |= {f"{stage}_left_out": excluded.table[stage] for stage in BY_NETWORKS}
+    for quantity in QUANTITIES:
+        name = quantity.name
+        judged = truth[name].notna() & bool(table[name].notna().any()) & ~excluded.table[quantity.stage]
+        if quantity.is_class:
+            columns[name] = table[name].astype("Int64")
+            columns[f"{name}_true"] = truth[name].astype("Int64")
+            columns[f"{name}_correct"] = (table[name] == truth[name]).astype("boolean").where(judged)
+            continue
         # A relative error needs a truth: where it is unknown, 1 stands in until the error is taken away again.
         errors = pd.Series(relative_errors(table[name], truth[name].fillna(1.0)), index=table.index)
-        columns[error_name] = errors.where(truth[name].notna())
-    for name in CLASS_NAMES:
-        is_judged = truth[name].notna() & bool(table[name].notna().any())
-        columns[name] = table[name].astype("Int64")
-        columns[f"{name}_true"] = truth[name].astype("Int64")
-        columns[f"{name}_correct"] = (table[name] == truth[name]).astype("boolean").where(is_judged)
-    columns["filling_mass_error_g"] = table["filling_mass_g"] - truth["filling_mass_g"]
-    result = pd.DataFrame(columns, index=table.index)
+        columns |= {f"{name}_judged": judged, quantity.error_column: errors.where(judged)}
+    filling_mass = table["filling_mass_g"].where(~excluded.table["filling"])
+    columns["filling_mass_error_g"] = filling_mass - truth["filling_mass_g"]
+    result = pd.DataFrame(columns, index=table.index).assign(protocol=protocol)
     result.attrs["notes"] = tuple(notes)
     return result
 

@@ -33,18 +33,15 @@ _SOURCES = {
     "Width at the top": "width_top_mm",
     "Width at the bottom": "width_bottom_mm",
     "Height": "height_mm",
+    "Execution time": "execution_time_ms",
 }
-"""The file's columns that come from an estimates table, in order."""
+"""The file's columns that come from an estimates table, in order; the time is in ms."""
 
-SUBMISSION_COLUMNS = (
-    ID_COLUMN,
-    *_SOURCES,
-    "Object safety",
-    "Distance",
-    "Angle difference",
-    "Execution time (ms)",
-)
-"""All columns of the file, in order; the last four are not estimated here."""
+_SIMULATED = ("Object safety", "Distance", "Angle difference")
+"""Columns that only the challenge's simulator can fill."""
+
+SUBMISSION_COLUMNS = (ID_COLUMN, *list(_SOURCES)[:-1], *_SIMULATED, "Execution time")
+"""All columns of the file, in order."""
 
 
 def submission_table(estimates: pd.DataFrame, *, recordings: Iterable[str | int] | None = None) -> pd.DataFrame:
@@ -67,7 +64,7 @@ def submission_table(estimates: pd.DataFrame, *, recordings: Iterable[str | int]
     columns = {source: source for source in _SOURCES.values()}
     numbers = numbers_of(rows, columns, what="estimates").table.reindex(ids).fillna(NO_ESTIMATE)
     table = numbers.rename(columns={source: shown for shown, source in _SOURCES.items()})
-    table = table.astype({"Filling type": "int64", "Filling level": "int64"})
+    table = table.round({"Execution time": 0}).astype(dict.fromkeys(("Filling type", "Filling level"), "int64"))
     table.insert(0, ID_COLUMN, [int(name) if name.isdecimal() else name for name in ids])
     return table.reset_index(drop=True).reindex(columns=list(SUBMISSION_COLUMNS), fill_value=NO_ESTIMATE)
 

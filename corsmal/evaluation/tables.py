@@ -8,7 +8,7 @@ import pandas as pd
 from corsmal.dataset.annotation import Kind
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE, confusion, mpf1
-from corsmal.quantities import QUANTITIES
+from corsmal.quantities import BY_METRIC, QUANTITIES
 
 METRICS = {quantity.metric: quantity.error_column for quantity in QUANTITIES}
 """Table 2's metrics in order, all in %, and the error table's column behind each."""
@@ -25,17 +25,43 @@ def metric_of(errors: pd.DataFrame, metric: str) -> float:
         metric: a key of ``METRICS``.
 
     Returns:
-        In %, over the recordings that have an estimate and a truth; for MPF1 a recording without an answer is a wrong
-        one. NaN where there is nothing to compute it from.
+        In %, over the judged recordings that have an estimate; for MPF1 a recording without an answer is a wrong one.
+        NaN where there is nothing to compute it from.
 
     Raises:
         ArgumentError: it is no error table, or the metric is unknown.
     """
     column = _column_of(errors, metric)
     if column in CLASS_NAMES:
-        known = errors[f"{column}_correct"].notna()
+        known = is_judged(errors, metric)
         return mpf1(errors[f"{column}_true"][known], errors[column][known]) if known.any() else np.nan
     return float(errors[column].abs().mean())
+
+
+def is_judged(errors: pd.DataFrame, metric: str) -> pd.Series:
+    """Whether each recording counts for a metric: its truth is known and the protocol does not leave it out.
+
+    Args:
+        errors: rows of ``error_table``.
+        metric: a key of ``METRICS``.
+
+    Returns:
+        bool, indexed by recording id; a recording without an estimate counts as a failure.
+
+    Raises:
+        ArgumentError: it is no error table, or the metric is unknown.
+    """
+    column = _column_of(errors, metric)
+    return errors[f"{column}_correct"].notna() if column in CLASS_NAMES else errors[f"{BY_METRIC[metric].name}_judged"]
+
+
+def is_counted(errors: pd.DataFrame, metric: str) -> pd.Series:
+    """Whether a metric is computed from each recording: those judged, for MAPE only if they have an estimate.
+
+    Args, returns and errors are those of ``is_judged``.
+    """
+    column = _column_of(errors, metric)
+    return errors[f"{column}_correct" if column in CLASS_NAMES else column].notna()
 
 
 def container_table(errors: pd.DataFrame) -> pd.DataFrame:
@@ -46,8 +72,9 @@ def container_table(errors: pd.DataFrame) -> pd.DataFrame:
 
     Returns:
         A row per container and the row ``Average``: ``container_id`` (NA for the average), ``container``, the columns
-        of ``METRICS`` as ``metric_of`` (the average is the mean over the containers that have a number), and the counts
-        ``recordings`` and ``failures``, summed in the last row. Recordings of an unknown container are in no row.
+        of ``METRICS`` as ``metric_of`` (the average is the mean over the containers that have a number), the counts
+        ``recordings`` and ``failures``, summed in the last row, and ``protocol``. Recordings of an unknown container
+        are in no row.
 
     Raises:
         ArgumentError: it is no error table, or no recording's container is known.
@@ -63,7 +90,8 @@ def container_table(errors: pd.DataFrame) -> pd.DataFrame:
     table = pd.DataFrame(rows)
     last = {"container_id": pd.NA, "container": AVERAGE, **table[list(METRICS)].mean()}
     rows.append(last | {"recordings": table["recordings"].sum(), "failures": table["failures"].sum()})
-    return pd.DataFrame(rows).astype({"container_id": "Int64"} | dict.fromkeys(METRICS, "float64"))
+    types = {"container_id": "Int64"} | dict.fromkeys(METRICS, "float64")
+    return pd.DataFrame(rows).assign(protocol=errors["protocol"].iloc[0]).astype(types)
 
 
 def recordings_behind(errors: pd.DataFrame, metric: str, *, container_id: int | None = None) -> pd.DataFrame:
@@ -75,7 +103,8 @@ def recordings_behind(errors: pd.DataFrame, metric: str, *, container_id: int | 
         container_id: the row's container; None for the average, all containers.
 
     Returns:
-        Rows of ``errors``: those without an answer, then by falling error; for classes the wrong before the right.
+        Rows of ``errors`` that count: those without an answer, then by falling error; for classes the wrong before the
+        right.
 
     Raises:
         ArgumentError: it is no error table, or the metric is unknown.
@@ -83,11 +112,10 @@ def recordings_behind(errors: pd.DataFrame, metric: str, *, container_id: int | 
     rows = errors if container_id is None else errors[(errors["container_id"] == container_id).fillna(value=False)]
     if metric == "failures":
         return rows[rows["failed"]]
-    column = _column_of(errors, metric)
+    column, rows = _column_of(errors, metric), rows[is_judged(rows, metric)]
     if column in CLASS_NAMES:
-        known = rows[rows[f"{column}_correct"].notna()]
-        order = known[f"{column}_correct"].astype("int64").where(known[column].notna(), -1)
-        return known.loc[order.sort_values(kind="stable").index]
+        order = rows[f"{column}_correct"].astype("int64").where(rows[column].notna(), -1)
+        return rows.loc[order.sort_values(kind="stable").index]
     order = rows[column].abs().sort_values(ascending=False, na_position="first", kind="stable")
     return rows.loc[order.index]
 

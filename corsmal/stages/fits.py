@@ -12,7 +12,7 @@ from corsmal.shape import Hull, measure_hull
 from corsmal.stages.detections import DetectionSet
 from corsmal.store import Store, digest, file_fingerprint
 
-METHOD_VERSION = 3
+METHOD_VERSION = 4
 """Raised when the same inputs give another hull or estimate than before."""
 
 ARRAYS = ("heights_mm", "radii_mm", "converged", "centroid_m", "direction")

@@ -103,7 +103,7 @@ def test_a_broken_calibration_is_a_note(recording, tmp_path):
 def test_an_absent_calibration_is_a_note(recording):
     views = {**recording.views, "view3": replace(recording.views["view3"], calibration_path=None)}
     result = estimate(replace(recording, views=views), means=MEANS)
-    assert result.status == "training means"
+    assert result.status == "fallback: training mean"
     assert len(result.notes) == 2
     assert all("calibration of view3 is missing" in note for note in result.notes)
 
@@ -121,7 +121,7 @@ def test_a_broken_detections_file_is_a_note(recording, tmp_path):
 
 def test_the_means_stand_in_where_both_pairs_fail_and_it_is_said(recording, detections):
     result = estimate(recording, detections={**detections, "view3": one_pixel_masks(detections["view3"])}, means=MEANS)
-    assert result.status == "training means"
+    assert result.status == "fallback: training mean"
     assert dict(zip(GEOMETRY, values_of(result), strict=True)) == MEANS
     assert (result.fit, result.best_frame, result.centre_rule) == (None, None, None)
     assert [note.split(",")[0] for note in result.notes] == ["view3 + view1", "view3 + view2"]

@@ -91,6 +91,8 @@ def perfect_estimates(annotation: pd.DataFrame) -> pd.DataFrame:
         **{f"level_p{number}": (levels == number) * 1.0 for number in range(3)},
         "best_frame": range(n),
         "pair": ["view3 + view1"] * n,
+        "filling_held_out": [True] * n,
+        "mass_held_out": [True] * n,
         "notes": [""] * n,
     }
     return pd.DataFrame(columns)

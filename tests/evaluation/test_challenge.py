@@ -322,3 +322,33 @@ def test_bad_input_is_one_clear_sentence(annotation, change, message):
     arguments = {"annotation": annotation, "submission": perfect_submission(annotation)} | change
     with pytest.raises(ArgumentError, match=message):
         challenge_scores(**arguments)
+
+
+def test_a_part_is_scored_as_such_beside_how_much_is_missing_and_the_challenge_counts_the_rest_zero(real_annotation):
+    one = perfect_submission(real_annotation)[:1]
+    part = challenge_scores(real_annotation, one, absent="skip")
+    np.testing.assert_allclose(part.drop("overall"), 100)
+    assert part["overall"] == pytest.approx(75)
+    assert "1 of the annotation's 684 recordings have a row and are scored; 683 have none" in part.attrs["notes"][0]
+    whole = challenge_scores(real_annotation, one)
+    assert whole["overall"] < 1
+    assert (whole.attrs["is_whole"], part.attrs["is_whole"]) == (True, False)
+
+
+def test_offset_of_a_part_is_what_perfect_estimates_of_it_lack(real_annotation):
+    for rows in (slice(0, 3), slice(100, 400)):
+        scores = challenge_scores(real_annotation, perfect_submission(real_annotation)[rows], absent="skip")
+        assert scores["s8"] == pytest.approx(100)
+    without = challenge_scores(real_annotation, perfect_submission(real_annotation)[:400], split="other", absent="skip")
+    assert without["s8"] < 97
+
+
+def test_absent_recordings_are_skipped_or_zero_in_every_score(annotation):
+    half = perfect_submission(annotation)[::2]
+    np.testing.assert_allclose(
+        challenge_scores(annotation, half, split="other", absent="skip"),
+        challenge_scores(annotation[::2], half, split="other"),
+    )
+    assert challenge_scores(annotation, half, split="other")["s3"] == pytest.approx(50)
+    with pytest.raises(ArgumentError, match="absent must be one of zero, skip, got 'mean'"):
+        challenge_scores(annotation, half, absent="mean")

@@ -43,7 +43,7 @@ def test_run_against_itself_has_no_difference(annotation):
     first = noisy_errors(annotation, 0)
     compared = compare_runs(first, first, rng=np.random.default_rng(0), resamples=200)
     assert compared[["difference", "low", "high"]].eq(0).all(axis=None)
-    assert compared["verdict"].eq("not told apart").all()
+    assert compared["verdict"].eq("no significant difference").all()
 
 
 def test_interval_of_a_mean_has_the_width_of_its_standard_error(annotation):
@@ -61,7 +61,7 @@ def test_clear_improvement_is_told_from_luck(annotation):
     assert compare_runs(bad, good, rng=rng, resamples=300)["verdict"].eq("better").all()
     assert compare_runs(good, bad, rng=rng, resamples=300)["verdict"].eq("worse").all()
     equals = compare_runs(noisy_errors(annotation, 2), noisy_errors(annotation, 3), rng=rng, resamples=300)
-    assert equals["verdict"].eq("not told apart").mean() > 0.7
+    assert equals["verdict"].eq("no significant difference").mean() > 0.7
 
 
 def test_same_seed_gives_the_same_intervals(annotation):
@@ -94,7 +94,7 @@ def test_single_recording_has_no_interval():
     heights = compared[compared["metric"] == "height_mape"]
     assert heights["difference"].tolist() == [100.0] * 4
     assert heights[["low", "high"]].isna().all(axis=None)
-    assert heights["verdict"].eq("not told apart").all()
+    assert heights["verdict"].eq("no significant difference").all()
 
 
 def test_recordings_that_changed_sides_by_hand():
@@ -147,3 +147,12 @@ def test_runs_without_a_quantity_in_common_are_an_error(annotation):
     runs = [error_table(table[["recording_id", "status", name]], annotation) for name in ("height_mm", "capacity_ml")]
     with pytest.raises(ArgumentError, match="estimates of the same quantity"):
         compare_runs(*runs, rng=np.random.default_rng(0))
+
+
+def test_runs_are_compared_by_one_protocol(annotation):
+    table = perfect_estimates(annotation)
+    held_out, shown = error_table(table, annotation), error_table(table, annotation, protocol="in-sample")
+    with pytest.raises(ArgumentError, match="by the same protocol, got held-out and in-sample"):
+        compare_runs(held_out, shown, rng=np.random.default_rng(0))
+    compared = compare_runs(shown, shown, rng=np.random.default_rng(0), resamples=100)
+    assert compared["protocol"].eq("in-sample").all()

@@ -87,7 +87,7 @@ def test_headings_are_for_people(name, shown):
 
 
 def test_bad_input_is_one_clear_sentence():
-    with pytest.raises(ArgumentError, match="table_format must be one of csv, latex, html, got 'xlsx'"):
+    with pytest.raises(ArgumentError, match="table_format must be one of csv, latex, html, markdown, got 'xlsx'"):
         export_table(TABLE, table_format="xlsx")
     with pytest.raises(ArgumentError, match="digits must not be negative, got -1"):
         export_table(TABLE, table_format="csv", digits=-1)

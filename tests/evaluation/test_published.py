@@ -6,11 +6,12 @@ from corsmal.errors import ArgumentError
 from corsmal.evaluation import (
     LEADERBOARD_SPLITS,
     METRICS,
-    beside_paper,
+    cell_table,
     challenge_scores,
     container_table,
     error_table,
     leaderboard,
+    leaderboard_row,
     leaderboard_with,
     overall_score,
     paper_table_2,
@@ -41,23 +42,18 @@ def test_average_row_of_table_2_is_reproduced_by_our_table():
     mapes = [name for name in METRICS if name.endswith("_mape")]
     for name, metric in zip(names, mapes, strict=True):
         estimates[name] *= 1 + paper[metric][:9] / 100
-    table = container_table(error_table(estimates, annotation))
+    errors = error_table(estimates, annotation)
+    table = container_table(errors)
     np.testing.assert_allclose(table[mapes][:9], paper[mapes][:9])
     np.testing.assert_allclose(
         table[mapes[:-1]].iloc[9].astype(float), paper[mapes[:-1]].iloc[9].astype(float), atol=0.05
     )
-    difference = beside_paper(table)
-    np.testing.assert_allclose(difference[mapes][:9], 0, atol=1e-9)
-    np.testing.assert_allclose(difference[mapes[:-1]].iloc[9].astype(float), 0, atol=0.05)
-    assert difference["container"].tolist() == table["container"].tolist()
-
-
-def test_difference_to_a_container_that_the_paper_does_not_have_is_empty():
-    annotation = made_annotation(3)
-    annotation["container id"] += 100
-    difference = beside_paper(container_table(error_table(perfect_estimates(annotation), annotation)))
-    assert difference[list(METRICS)][:3].isna().all(axis=None)
-    assert difference["capacity_mape"].iloc[3] == pytest.approx(-77.1)
+    cells = cell_table(errors, rng=np.random.default_rng(0), resamples=100)
+    of_numbers = cells[cells["metric"].isin(mapes)]
+    np.testing.assert_allclose(of_numbers["difference"][of_numbers["container_id"].notna()], 0, atol=1e-9)
+    # the printed average of the mass is not the mean of its printed rows
+    averages = of_numbers[of_numbers["container_id"].isna()].set_index("metric")["difference"]
+    np.testing.assert_allclose(averages, [0, 0, 0, 0, 182.522 - 182.8], atol=0.05)
 
 
 def test_table_3_is_the_papers_row_of_the_leaderboard():
@@ -83,15 +79,47 @@ def test_shares_of_the_tasks_are_counted():
     assert shares[["Visual", "ACC", "BIT", "KEIO-ICS"]].tolist() == pytest.approx([0.2, 0.4, 0.6, 1.0])
 
 
-def test_our_row_stands_among_the_teams():
+@pytest.fixture
+def scores():
     annotation = made_annotation()
-    scores = challenge_scores(annotation, perfect_submission(annotation), split="other")
+    return challenge_scores(annotation, perfect_submission(annotation), split="private")
+
+
+def test_our_row_stands_among_the_teams_of_its_own_set(scores):
     table = leaderboard_with(scores, split="private", name="ours")
     assert table["team"].iloc[0] == "ours"
     assert table["overall_without_simulator"].is_monotonic_decreasing
     assert table.loc[0, "capacity"] == pytest.approx(100)
     assert table.loc[0, ["overall", "object_safety", "delivery_accuracy"]].isna().all()
     assert len(table) == 13
+
+
+@pytest.mark.parametrize("split", ["public", "combined"])
+def test_a_row_of_other_recordings_does_not_stand_among_the_teams(scores, split):
+    with pytest.raises(ArgumentError, match=f"scores must be of all recordings of the {split} set"):
+        leaderboard_with(scores, split=split, name="ours")
+
+
+@pytest.mark.parametrize("split", ["other", "train"])
+def test_a_row_of_no_test_set_stands_among_no_teams(split):
+    annotation = made_annotation()
+    scores = challenge_scores(annotation, perfect_submission(annotation), split=split)
+    with pytest.raises(ArgumentError, match=rf"got {split}, all recordings"):
+        leaderboard_with(scores, split="public", name="the demo")
+
+
+def test_a_part_of_a_test_set_does_not_stand_among_the_teams():
+    annotation = made_annotation()
+    scores = challenge_scores(annotation, perfect_submission(annotation)[:5], split="public", absent="skip")
+    with pytest.raises(ArgumentError, match="got public, not all recordings"):
+        leaderboard_with(scores, split="public", name="ours")
+
+
+def test_a_row_apart_has_the_columns_of_a_leaderboard(scores):
+    row = leaderboard_row(scores, name="ours")
+    assert row.columns.equals(leaderboard("public").columns)
+    assert row.loc[0, "overall_without_simulator"] == scores["overall"]
+    assert row.loc[0, "filling_mass"] == scores["s8"]
 
 
 def test_tables_are_ones_own_to_change():

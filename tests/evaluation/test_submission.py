@@ -17,7 +17,7 @@ from tests.evaluation.made import made_annotation, perfect_estimates
 HEADER = (
     "Configuration ID,Container capacity,Container mass,Filling mass,None,Pasta,Rice,Water,Filling type,Empty,"
     "Half-full,Full,Filling level,Width at the top,Width at the bottom,Height,Object safety,Distance,Angle difference,"
-    "Execution time (ms)"
+    "Execution time"
 )
 
 
@@ -33,12 +33,18 @@ def estimates(annotation):
 
 def test_file_as_the_challenge_wants_it(tmp_path, estimates):
     estimates.loc[4, ["capacity_ml", "filling_level", "type_p1"]] = math.nan
+    estimates["execution_time_ms"] = [2834.4, *[math.nan] * 5]
     write_submission(submission_table(estimates), tmp_path / "team.csv")
     lines = (tmp_path / "team.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0] == HEADER
-    assert lines[1] == "0,520,10,0,1,0,0,0,0,1,0,0,0,98,61,119,-1,-1,-1,-1"
+    assert lines[1] == "0,520,10,0,1,0,0,0,0,1,0,0,0,98,61,119,-1,-1,-1,2834"
     assert lines[5] == "4,-1,130,51,0,-1,0,0,1,0,1,0,-1,75,56,88,-1,-1,-1,-1"
     assert len(lines) == 7
+
+
+def test_columns_are_those_of_the_challenges_own_file(shared_root):
+    given = read_submission(shared_root / "reference" / "challenge_random_baseline.csv")
+    assert given.columns.tolist() == list(SUBMISSION_COLUMNS)
 
 
 def test_estimates_scored_as_a_submission_and_through_its_file_are_the_same(tmp_path, annotation, estimates):

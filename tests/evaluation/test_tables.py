@@ -34,7 +34,7 @@ def estimates(annotation):
     table["filling_type"] = rng.integers(0, 4, len(table))
     table["filling_level"] = rng.integers(-1, 3, len(table))
     table.loc[[0, 7], "capacity_ml"] = [math.nan, -1]
-    table.loc[[0, 3, 4], "status"] = ["failed", "training means", "fitted, second pair"]
+    table.loc[[0, 3, 4], "status"] = ["failed", "fallback: training mean", "fitted, second pair"]
     return table
 
 
@@ -78,7 +78,7 @@ def test_table_2_agrees_with_the_metrics_container_by_container(annotation, esti
 
 def test_failures_are_counted_and_not_averaged_away(annotation):
     estimates = perfect_estimates(annotation)
-    estimates.loc[[0, 3], "status"] = ["failed", "training means"]
+    estimates.loc[[0, 3], "status"] = ["failed", "fallback: training mean"]
     estimates.loc[0, ["capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm"]] = math.nan
     estimates.loc[3, "capacity_ml"] *= 1.5
     estimates.loc[1, "filling_type"] = -1

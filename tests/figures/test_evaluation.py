@@ -50,7 +50,7 @@ def test_differences_have_their_intervals_and_colours():
             "difference": [-5.0, 2.0, 1.0],
             "low": [-8.0, 1.0, np.nan],
             "high": [-1.0, 6.0, np.nan],
-            "verdict": ["better", "worse", "not told apart"],
+            "verdict": ["better", "worse", "no significant difference"],
         }
     )
     found = traces(comparison_figure(rows, label="container"))
@@ -58,4 +58,4 @@ def test_differences_have_their_intervals_and_colours():
     assert (better.customdata, tuple(better.y), tuple(worse.y)) == (("cup",), (2,), (1,))
     assert (better.error_x.array[0], better.error_x.arrayminus[0]) == (4.0, 3.0)
     assert better.marker.color != worse.marker.color
-    assert np.isnan(found["not told apart"].error_x.array[0])
+    assert np.isnan(found["no significant difference"].error_x.array[0])

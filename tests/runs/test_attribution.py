@@ -85,7 +85,7 @@ def test_the_true_best_frame_is_fitted_with_the_detected_masks(replaced, run, da
 
 def test_a_true_frame_that_no_detector_saw_is_of_no_use(replaced, predictors):
     row = replaced["best frame"][WITHOUT_DETECTIONS]
-    assert row["status"] == "training means"
+    assert row["status"] == "fallback: training mean"
     assert row["capacity_ml"] == predictors.means["capacity_ml"]
 
 
