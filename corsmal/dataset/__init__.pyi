@@ -4,4 +4,5 @@ from .layout import Recording as Recording
 from .layout import View as View
 from .opening import Dataset as Dataset
 from .opening import open_dataset as open_dataset
+from .provenance import TrainedOn as TrainedOn
 from .video import Video as Video

@@ -1,7 +1,7 @@
 """Which recordings a network was trained on, so that no table counts what it has already seen."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from corsmal.dataset.layout import Recording
@@ -20,12 +20,14 @@ class TrainedOn:
         is_synthetic: whether they are rendered and not filmed; None where the network has seen both.
         protocol: ``held-out`` or ``paper`` for a fold of a cross-validation, ``all`` for a final network.
         fold: of the cross-validation; None for a final network.
+        facts: what else belongs to the training and JSON can hold, such as the training set's means.
     """
 
     recordings: Mapping[str, Parts]
     is_synthetic: bool | None
     protocol: str = "all"
     fold: int | None = None
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, recordings: Iterable[Recording], *, features: Mapping[str, str] | None = None) -> "TrainedOn":
@@ -40,6 +42,10 @@ class TrainedOn:
             known[recording.id] = parts_of(recording, features=(features or {}).get(recording.id))
             kinds.add(recording.is_synthetic)
         return cls(known, kinds.pop() if len(kinds) == 1 else None)
+
+    def part(self, ids: Iterable[str], *, protocol: str, fold: int) -> "TrainedOn":
+        """What one network of a cross-validation is trained on."""
+        return replace(self, recordings={name: self.recordings[name] for name in ids}, protocol=protocol, fold=fold)
 
     def has_seen(self, recording: Recording, *, features: str | None = None) -> bool:
         """Whether the network may have been trained on a recording.
@@ -71,7 +77,8 @@ class TrainedOn:
             return None
         try:
             recordings = {str(name): dict(parts) for name, parts in content["recordings"].items()}
-            return cls(recordings, content["is_synthetic"], str(content["protocol"]), content["fold"])
+            facts = dict(content["facts"])
+            return cls(recordings, content["is_synthetic"], str(content["protocol"]), content["fold"], facts)
         except (AttributeError, LookupError, TypeError, ValueError) as error:
             raise ArgumentError(f"content must say what a network was trained on, got {str(content)[:60]}") from error
 

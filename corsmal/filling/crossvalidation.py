@@ -6,6 +6,7 @@ from typing import Literal, get_args
 
 import pandas as pd
 
+from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
 from corsmal.files import writing
 from corsmal.filling.prediction import FillingPredictor
@@ -40,6 +41,7 @@ def cross_validate(
     preset: Preset | FillingTraining = "paper",
     seeds: Sequence[int] = (0,),
     validation: Validation = "fold",
+    trained_on: TrainedOn | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> pd.DataFrame:
     """Train once per seed and fold, and predict the fold's recordings; goes on where it was stopped.
@@ -51,6 +53,7 @@ def cross_validate(
         preset: ``paper``, ``tuned``, or settings of your own.
         seeds: one whole cross-validation each.
         validation: what rule (1) looks at; settings that keep the last epoch do not ask.
+        trained_on: all recordings of ``samples``; the weights of each fold keep their part of them.
         progress: called with the fraction that is done, 0..1.
 
     Returns:
@@ -70,12 +73,16 @@ def cross_validate(
     runs = [(seed, fold) for seed in seeds for fold in numbers]
     for done, (seed, fold) in enumerate(runs):
         held = [sample for sample in samples if fold_of[sample.recording_id] == fold]
+        others = [sample for sample in samples if fold_of[sample.recording_id] != fold]
+        seen = [sample.recording_id for sample in (samples if validation == "fold" else others)]
+        protocol = "paper" if validation == "fold" else "held-out"
         weights = train_filling(
             folder / f"seed{seed}" / f"fold{fold}",
-            [sample for sample in samples if fold_of[sample.recording_id] != fold],
+            others,
             preset=preset,
             seed=seed,
             validation=held if validation == "fold" else None,
+            trained_on=None if trained_on is None else trained_on.part(seen, protocol=protocol, fold=fold),
             progress=part_of(progress, done, len(runs)),
         )
         predictor = FillingPredictor(weights)

@@ -8,11 +8,12 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
 from corsmal.filling.config import FillingConfig
 from corsmal.filling.network import FillingModel, read_filling
 from corsmal.filling.records import FillingPrediction
-from corsmal.weights import choose_device, file_sha256
+from corsmal.weights import choose_device, file_sha256, read_training
 
 WINDOWS_AT_ONCE = 32
 PROBABILITY_MIN = 1e-12
@@ -42,6 +43,7 @@ class FillingPredictor:
         count = len(self._models)
         self.name = f"filling network, weights {weights.name}" + (f", mean of {count}" if count > 1 else "")
         self.digest = f"filling network {file_sha256(weights)}"
+        self.trained_on = TrainedOn.from_json(read_training(weights, "filling"))
 
     @property
     def config(self) -> FillingConfig:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from corsmal.dataset import TrainedOn
 from corsmal.digests import digest
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
@@ -29,6 +30,7 @@ def train_filling(
     preset: Preset | FillingTraining = "paper",
     seed: int = 0,
     validation: Sequence[FillingSample] | None = None,
+    trained_on: TrainedOn | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Train the network, or go on where a run in the same folder was stopped.
@@ -42,6 +44,8 @@ def train_filling(
         validation: recordings that rule (1) chooses the epoch by. Default: a seventh of ``samples``, spread over the
             configurations, on which the network is then not trained; with ``retrain`` it is trained once more, on all
             ``samples``, for as long as rule (1) chose, see ``retraining``. Not used where the last epoch is kept.
+        trained_on: the recordings of ``samples``, which the weights keep; without it they count as trained on
+            everything.
         progress: called after every epoch with the fraction that is done, 0..1.
 
     Returns:
@@ -75,7 +79,7 @@ def train_filling(
         fit(search, kept, training=training, validation=held, progress=part_of(part, 0, 2))
         again = retraining(training, epochs_kept(search))
         models.append(fit(place, samples, training=again, validation=(), progress=part_of(part, 1, 2)))
-    save_filling(path, models)
+    save_filling(path, models, training=None if trained_on is None else trained_on.to_json())
     return path
 
 

@@ -6,11 +6,12 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from corsmal.dataset import TrainedOn
 from corsmal.mass.inputs import MassInput, mass_input
 from corsmal.mass.network import MassConfig, read_mass
 from corsmal.mass.records import MassPrediction
 from corsmal.mass.restoration import PADDING_PX
-from corsmal.weights import choose_device, file_sha256
+from corsmal.weights import choose_device, file_sha256, read_training
 
 
 class MassPredictor:
@@ -34,6 +35,7 @@ class MassPredictor:
         self._model = read_mass(weights).to(self._device)
         self.name = f"mass network, weights {weights.name}"
         self.digest = f"mass network {file_sha256(weights)}"
+        self.trained_on = TrainedOn.from_json(read_training(weights, "mass"))
 
     @property
     def config(self) -> MassConfig:

@@ -13,6 +13,7 @@ from lightning.pytorch.loggers import CSVLogger
 from torch import Tensor
 from torch.nn import functional
 
+from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError, FileError
 from corsmal.mass.network import MassConfig, MassModel, save_mass
 from corsmal.mass.records import MassRow
@@ -77,7 +78,13 @@ class TrainedMass:
     validation_loss: float
 
 
-def train_mass(rows: Iterable[MassRow], folder: Path, training: MassTraining | None = None) -> TrainedMass:
+def train_mass(
+    rows: Iterable[MassRow],
+    folder: Path,
+    training: MassTraining | None = None,
+    *,
+    trained_on: TrainedOn | None = None,
+) -> TrainedMass:
     """Train the network, or go on where a run in the same folder was stopped.
 
     Args:
@@ -85,6 +92,7 @@ def train_mass(rows: Iterable[MassRow], folder: Path, training: MassTraining | N
             left out and counted.
         folder: gets ``checkpoints``, ``log/version_N/metrics.csv`` (one for every start) and ``mass.safetensors``.
         training: settings; default: the paper's.
+        trained_on: the recordings of ``rows``, which the weights keep; without it they count as trained on everything.
 
     Returns:
         Where the weights of the epoch with the lowest validation loss are, and how it went.
@@ -110,7 +118,7 @@ def train_mass(rows: Iterable[MassRow], folder: Path, training: MassTraining | N
         module = MassModule(training, samples.chosen(~held), samples.chosen(held))
         loss, epochs = _fit(module, folder, training)
     path = folder / "mass.safetensors"
-    save_mass(path, module.network)
+    save_mass(path, module.network, training=None if trained_on is None else trained_on.to_json())
     return TrainedMass(path, int((~held).sum()), int(held.sum()), samples.dropped, epochs, loss)
 
 

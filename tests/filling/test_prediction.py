@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import torch
 
+from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError, FileError
-from corsmal.filling import FillingModel, FillingPredictor, save_filling
-from tests.filling.made import SMALL, WIDTH, made_features
+from corsmal.filling import FillingModel, FillingPredictor, save_filling, train_filling
+from tests.filling.made import JOINT, SMALL, WIDTH, made_features, made_samples
 
 FEASIBLE = replace(SMALL, duration_input=True, decoding="feasible")
 
@@ -133,3 +134,13 @@ def test_absent_weights_and_devices_are_refused(tmp_path, one):
         FillingPredictor(tmp_path / "absent.safetensors")
     with pytest.raises(ArgumentError, match="device 'abacus'"):
         FillingPredictor(tmp_path / "one.safetensors", device="abacus")
+
+
+@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
+def test_weights_say_what_they_were_trained_on(tmp_path):
+    trained = TrainedOn({f"{index:06d}": {"audio": index} for index in range(14)}, is_synthetic=True)
+    samples = made_samples(14)
+    path = train_filling(tmp_path / "said", samples, preset=replace(JOINT, epochs=1), trained_on=trained)
+    assert FillingPredictor(path).trained_on == trained
+    path = train_filling(tmp_path / "unsaid", samples, preset=replace(JOINT, epochs=1))
+    assert FillingPredictor(path).trained_on is None
