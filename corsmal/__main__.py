@@ -4,7 +4,7 @@ import sys
 
 import typer
 
-from corsmal.commands import complain, evaluating, recordings, training
+from corsmal.commands import complain, detector, evaluating, recordings
 from corsmal.commands.doctor import doctor
 from corsmal.errors import CorsmalError
 
@@ -13,7 +13,7 @@ for command in (
     recordings.demo, recordings.detect, recordings.estimate, doctor, evaluating.submit, evaluating.budget,
 ):  # fmt: skip
     app.command()(command)
-app.add_typer(training.app, name="train")
+app.add_typer(detector.app, name="train")
 app.add_typer(evaluating.app, name="evaluate")
 
 

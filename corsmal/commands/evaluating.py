@@ -48,7 +48,7 @@ def filling(
     seeds: Annotated[int, typer.Option(help="How many cross-validations.", min=1)] = 1,
 ) -> None:
     """Cross-validate the network for filling type and level."""
-    from corsmal.commands.listening import dataset_samples  # noqa: PLC0415
+    from corsmal.commands.filling import dataset_samples  # noqa: PLC0415
     from corsmal.dataset import open_dataset  # noqa: PLC0415
     from corsmal.evaluation import (  # noqa: PLC0415
         filling_confusion_tables,

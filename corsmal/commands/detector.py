@@ -41,7 +41,7 @@ def filling(
     seed: Annotated[int, typer.Option(help="Of weights, order and crops.", min=0)] = 0,
 ) -> None:
     """Train the network for filling type and level on a dataset's sound, or on arrays."""
-    from corsmal.commands.listening import dataset_samples  # noqa: PLC0415
+    from corsmal.commands.filling import dataset_samples  # noqa: PLC0415
     from corsmal.filling import FillingTraining, train_filling  # noqa: PLC0415
 
     settings = FillingTraining.of(preset)
