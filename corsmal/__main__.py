@@ -1,20 +1,43 @@
 """The command line: ``python -m corsmal --help``."""
 
 import sys
+from collections.abc import Callable, Mapping
 
 import typer
 
-from corsmal.commands import complain, detector, evaluating, recordings
+from corsmal.commands import complain, detector, evaluating, filling, mass, recordings
+from corsmal.commands.demo import demo
 from corsmal.commands.doctor import doctor
 from corsmal.errors import CorsmalError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
-for command in (
-    recordings.demo, recordings.detect, recordings.estimate, doctor, evaluating.submit, evaluating.budget,
-):  # fmt: skip
-    app.command()(command)
-app.add_typer(detector.app, name="train")
-app.add_typer(evaluating.app, name="evaluate")
+COMMANDS = {
+    "demo": demo,
+    "detect": detector.detect,
+    "estimate": recordings.estimate,
+    "submit": evaluating.submit,
+    "doctor": doctor,
+    "budget": evaluating.budget,
+}
+TRAIN = {"filling": filling.train, "mass": mass.train, "wall": evaluating.wall, "detector": detector.train}
+EVALUATE = {
+    "estimates": evaluating.estimates,
+    "filling": filling.evaluate,
+    "mass": mass.evaluate,
+    "detector": detector.evaluate,
+}
+
+
+def command_group(commands: Mapping[str, Callable[..., None]], *, what: str) -> typer.Typer:
+    """The commands of a group by name, in the order of their help."""
+    group = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=what)
+    for name, command in commands.items():
+        group.command(name)(command)
+    return group
+
+
+app = command_group(COMMANDS, what="Estimate capacity, dimensions, filling and mass of containers from recordings.")
+app.add_typer(command_group(TRAIN, what="Train a network, or learn the wall thickness of containers."), name="train")
+app.add_typer(command_group(EVALUATE, what="Evaluate estimates, or a network."), name="evaluate")
 
 
 def main() -> None:

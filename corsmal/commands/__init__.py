@@ -1,4 +1,4 @@
-"""The commands of ``python -m corsmal``, and what they share."""
+"""The commands of ``python -m corsmal``: their common arguments, and how they report."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,32 +21,37 @@ from rich.text import Text
 from corsmal.errors import CorsmalError
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from corsmal.dataset import Dataset, Recording
     from corsmal.detection import Detector
 
 console = Console(stderr=True)
 
 RATE_WINDOW_S = 600.0
-"""The rate is that of the last minutes: a recording may take one of them, and those done before take none."""
+"""The rate is averaged over the last minutes: a recording may take one, and a stored result takes no time."""
 
-Root = Annotated[Path, typer.Argument(help="Dataset folder.")]
-Ids = Annotated[list[str] | None, typer.Argument(help="Recordings; all if none is named.")]
-Weights = Annotated[Path | None, typer.Option(help="Weights of Mask R-CNN; default: COCO's, downloaded once.")]
+Root = Annotated[Path, typer.Argument(metavar="ROOT", help="Folder of the dataset.")]
+Ids = Annotated[list[str] | None, typer.Argument(metavar="ID", help="Recordings, such as 000618; default: all.")]
 FeatureFolder = Annotated[
-    Path | None, typer.Option("--features", help="Folder of ID.npy arrays to listen to; default: log-mel of the sound.")
+    Path | None,
+    typer.Option("--features", help="Folder of feature arrays, ID.npy; default: log-mel features of the audio."),
 ]
-RunFolder = Annotated[Path, typer.Argument(help="Gets checkpoints, logs and weights; an earlier run there goes on.")]
+RunFolder = Annotated[
+    Path,
+    typer.Argument(metavar="RUN", help="Folder for checkpoints, logs and weights; an interrupted run there resumes."),
+]
 
 
 class Report(Protocol):
-    """What ``progress_bar`` yields."""
+    """Reports progress; ``progress_bar`` yields one."""
 
     def __call__(self, done: float, total: int, what: str = ..., /) -> None:
-        """Say how far the work is, and what it is at if that has changed."""
+        """Show how much is done, and what is being done if that has changed."""
 
 
 class _Rate(ProgressColumn):
-    """How many of them a minute."""
+    """The rate per minute."""
 
     def render(self, task: Task) -> Text:
         return Text("" if not task.speed else f"{60 * task.speed:.3g}/min", style="progress.data.speed")
@@ -68,23 +73,28 @@ def progress_bar(what: str) -> Iterator[Report]:
 
 
 def complain(what: str, error: CorsmalError | str) -> None:
-    """Print an error's sentence on one line; brackets in the names of files are no markup."""
+    """Print an error on one line; brackets in file names are not taken for markup."""
     console.print(Text.assemble((f"{what}:", "red"), f" {error}"), soft_wrap=True)
 
 
 def say(sentence: str) -> None:
-    """Print a sentence on one line, beside the results."""
+    """Print a message on one line of the standard error stream, apart from the results."""
     console.print(Text(sentence), soft_wrap=True)
 
 
+def show(title: str, table: "pd.DataFrame") -> None:
+    """Print a table with its title."""
+    typer.echo(f"{title}\n{table.round(1).to_string()}\n")
+
+
 def chosen(dataset: "Dataset", ids: list[str] | None) -> "list[Recording]":
-    """The recordings that are named, or all."""
+    """The named recordings, or all."""
     return [dataset[name] for name in ids] if ids else list(dataset)
 
 
 def demo_detector(weights: Path | None = None) -> "Detector":
     """The demo's detector, with its own weights unless others are named."""
-    from corsmal.detection import SmallDetector  # noqa: PLC0415 - commands load what they need
-    from corsmal.weights import find_weights  # noqa: PLC0415
+    from corsmal.detection import SmallDetector
+    from corsmal.weights import find_weights
 
     return SmallDetector(find_weights("detector", weights).path)

@@ -1,89 +1,96 @@
-"""Commands that learn from datasets: networks, and a wall."""
+"""``detect``, ``train detector`` and ``evaluate detector``: containers in the frames of videos."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
-from corsmal.commands import FeatureFolder, Root, RunFolder, progress_bar, say
+from corsmal.commands import Ids, Root, RunFolder, chosen, complain, demo_detector, progress_bar, say
+from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, has_gpu, run
 
-app = typer.Typer(no_args_is_help=True, help="Train a network, or learn the containers' wall.")
+
+def detect(
+    root: Root,
+    ids: Ids = None,
+    *,
+    weights: Annotated[
+        Path | None, typer.Option(help="Weights of the network; default: COCO's, downloaded on first use (170 MB).")
+    ] = None,
+    demo_weights: Annotated[
+        bool, typer.Option("--demo-weights", help="Use the demo's small network instead of Mask R-CNN.")
+    ] = False,
+    every: Annotated[
+        int, typer.Option(help="Inspect every N-th frame, then those close to the best one; 1: all frames.", min=1)
+    ] = 1,
+    engine: EngineName = "local",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Detect containers in the videos of recordings.
+
+    Results are stored: an interrupted run resumes, and frames that were inspected are not inspected again.
+    """
+    from corsmal.dataset import open_dataset
+    from corsmal.engines.engine import in_turn
+    from corsmal.engines.tasks import DetectTask
+    from corsmal.store import Store
+    from corsmal.weights import find_weights
+
+    recordings, store = chosen(open_dataset(root), ids), Store()
+    store.check_writable()
+    gpu = engine == "local" and has_gpu()
+    chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings), gpu=gpu)
+    task = DetectTask(
+        store.root.resolve(),
+        method="small" if demo_weights else "coco",
+        weights=find_weights("detector", weights).path if demo_weights else weights and weights.resolve(),
+        every=every,
+    )
+    # opened before the work begins: weights that cannot be used are one sentence, not one for every recording
+    if chosen_engine is in_turn:
+        task.open()
+    else:
+        task = replace(task, digest=task.detector("cpu").digest)
+    failed = [row for row in run(task, recordings, chosen_engine) if row["status"] == "failed"]
+    for row in failed:
+        complain(row["recording_id"], row["notes"])
+    if failed:
+        say(f"{len(failed)} of {len(recordings)} recordings failed.")
+        raise typer.Exit(1)
 
 
-@app.command("detector")
-def detector(
+def train(
     folder: RunFolder,
     *,
-    steps: Annotated[int, typer.Option(help="Optimiser steps, a second or less each on two cores.", min=1)] = 4000,
+    steps: Annotated[int, typer.Option(help="Optimiser steps; about one second each on two cores.", min=1)] = 4000,
     batch: Annotated[int, typer.Option(help="Frames per step.", min=1)] = 8,
     rate: Annotated[float, typer.Option(help="Highest learning rate.", min=0)] = 1.5e-3,
-    whole: Annotated[float, typer.Option(help="Share of the steps on whole frames.", min=0, max=1)] = 0.25,
-    seed: Annotated[int, typer.Option(help="Of the scenes.", min=0)] = 0,
-    init: Annotated[Path | None, typer.Option(help="Weights to begin with; default: random ones.")] = None,
+    whole: Annotated[
+        float, typer.Option(help="Share of the steps on whole frames; the others see crops.", min=0, max=1)
+    ] = 0.25,
+    seed: Annotated[int, typer.Option(help="Random seed for the scenes.", min=0)] = 0,
+    init: Annotated[Path | None, typer.Option(help="Weights to start from; default: random ones.")] = None,
 ) -> None:
     """Train the demo's detector on rendered frames."""
-    from corsmal.synthetic.training.detector import train_detector  # noqa: PLC0415 - commands load what they need
-    from corsmal.synthetic.training.frames import DetectorTraining  # noqa: PLC0415
+    from corsmal.synthetic.training.detector import train_detector
+    from corsmal.synthetic.training.frames import DetectorTraining
 
-    settings = DetectorTraining(
-        steps=steps, batch=batch, rate=rate, whole=whole, seed=seed, warm_up=min(200, max(1, steps // 20))
-    )
-    say(f"Weights: {train_detector(folder, settings, init=init)}")
+    warm_up = min(200, max(1, steps // 20))
+    training = DetectorTraining(steps=steps, batch=batch, rate=rate, whole=whole, seed=seed, warm_up=warm_up)
+    say(f"Weights: {train_detector(folder, training, init=init)}")
 
 
-@app.command("filling")
-def filling(
-    root: Root,
-    folder: RunFolder,
+def evaluate(
+    weights: Annotated[Path | None, typer.Argument(metavar="WEIGHTS", help="Default: the bundled weights.")] = None,
     *,
-    features: FeatureFolder = None,
-    preset: Annotated[Literal["paper", "tuned"], typer.Option(help="What is trained, and how.")] = "tuned",
-    seed: Annotated[int, typer.Option(help="Of weights, order and crops.", min=0)] = 0,
+    frames: Annotated[int, typer.Option(help="Number of rendered frames.", min=1)] = 200,
 ) -> None:
-    """Train the network for filling type and level on a dataset's sound, or on arrays."""
-    from corsmal.commands.filling import dataset_samples  # noqa: PLC0415
-    from corsmal.filling import FillingTraining, train_filling  # noqa: PLC0415
+    """Evaluate the demo's detector on rendered frames that are in neither the demo nor the training."""
+    from corsmal.synthetic.training.detector_report import detector_report, detector_table
 
-    settings = FillingTraining.of(preset)
-    samples = dataset_samples(root, features)
-    with progress_bar("training, %") as progress:
-        path = train_filling(
-            folder, samples, preset=settings, seed=seed, progress=lambda share: progress(round(100 * share), 100)
-        )
-    say(f"Weights: {path}")
-
-
-@app.command("mass")
-def mass(
-    root: Root,
-    folder: RunFolder,
-    *,
-    preset: Annotated[Literal["paper", "tuned"], typer.Option(help="What is trained, and how.")] = "paper",
-    seed: Annotated[int, typer.Option(help="Of the split, the weights and the order.", min=0)] = 0,
-) -> None:
-    """Train the network for the container's mass on a dataset whose containers were detected."""
-    from corsmal.dataset import open_dataset  # noqa: PLC0415
-    from corsmal.mass import MassConfig, MassTraining, train_mass  # noqa: PLC0415
-    from corsmal.stages.mass_rows import mass_rows  # noqa: PLC0415
-    from corsmal.store import Store  # noqa: PLC0415
-
-    settings = MassTraining(network=MassConfig.paper() if preset == "paper" else MassConfig.tuned(), seed=seed)
-    with progress_bar("recordings") as progress:
-        rows = list(mass_rows(list(open_dataset(root)), store=Store(), progress=progress))
-    trained = train_mass(rows, folder, settings)
-    dropped = "".join(f"; {count} left out: {reason}" for reason, count in trained.dropped.items())
-    say(f"Weights: {trained.path} ({trained.rows} rows, {trained.epochs} epochs{dropped})")
-
-
-@app.command("wall")
-def wall(root: Root) -> None:
-    """Learn from annotated capacities how thick the walls are that the preset tuned leaves out."""
-    from corsmal.dataset import open_dataset  # noqa: PLC0415
-    from corsmal.runs.wall import learn_wall  # noqa: PLC0415
-    from corsmal.store import Store  # noqa: PLC0415
-
-    with progress_bar("recordings") as progress:
-        learnt = learn_wall(list(open_dataset(root)), store=Store(), progress=progress)
-    typer.echo("Capacity, mean error in % of each container: no wall, the preset's, and the wall of all others")
-    typer.echo(learnt.table.round(1).to_string(index=False))
-    say(f"Wall: {learnt.wall_mm:.1f} mm; estimate with it: --preset tuned --wall {learnt.wall_mm:.1f}")
+    with progress_bar("frames") as progress:
+        report = detector_report(demo_detector(weights), frames=frames, progress=progress)
+    typer.echo(detector_table(report).round(3).to_string())
+    worst = report[report["asked"]].fillna({"iou": 0.0}).sort_values("iou").head(10)
+    typer.echo(f"\nThe worst frames:\n{worst.to_string(index=False)}")

@@ -58,9 +58,9 @@ def doctor(
     Lines that begin with ! are problems; the exit status is 1 if there are any. What the whole set lacks is none: parts
     of it can be downloaded.
     """
-    from corsmal.dataset import open_dataset  # noqa: PLC0415
-    from corsmal.stages.examination import ExamineTask  # noqa: PLC0415 - commands load what they need
-    from corsmal.store import Store  # noqa: PLC0415
+    from corsmal.dataset import open_dataset
+    from corsmal.stages.examination import ExamineTask
+    from corsmal.store import Store
 
     dataset, store, report = open_dataset(root), Store(), _Report()
     recordings = chosen(dataset, ids)
@@ -122,13 +122,13 @@ def _on_agreement(report: _Report, rows: "Iterable[Row]") -> None:
 
 
 def _on_networks(report: _Report) -> None:
-    import torch  # noqa: PLC0415 - takes seconds
+    import torch
 
-    from corsmal.detection import SmallDetector  # noqa: PLC0415
-    from corsmal.detection.maskrcnn import coco_weights_file  # noqa: PLC0415
-    from corsmal.filling import FillingPredictor  # noqa: PLC0415
-    from corsmal.mass import MassPredictor  # noqa: PLC0415
-    from corsmal.weights import Kind, find_weights  # noqa: PLC0415
+    from corsmal.detection import SmallDetector
+    from corsmal.detection.maskrcnn import coco_weights_file
+    from corsmal.filling import FillingPredictor
+    from corsmal.mass import MassPredictor
+    from corsmal.weights import Kind, find_weights
 
     coco = coco_weights_file()
     report.note(

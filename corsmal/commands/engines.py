@@ -1,4 +1,4 @@
-"""Where the work of a command is done: options, and the engine that they ask for."""
+"""Where a command does its work: the options --engine, --workers and --scheduler, and the run itself."""
 
 import os
 from dataclasses import replace
@@ -16,45 +16,46 @@ if TYPE_CHECKING:
     from corsmal.engines.engine import Engine, Row, Task
 
 EngineName = Annotated[
-    Literal["local", "dask"], typer.Option("--engine", help="local: this machine's processes; dask: a cluster.")
+    Literal["local", "dask"], typer.Option("--engine", help="local: processes on this machine; dask: a Dask cluster.")
 ]
 Workers = Annotated[
-    int | None, typer.Option(help="Processes on this machine; default: as many as it has cores and memory for.", min=1)
+    int | None,
+    typer.Option(help="Processes on this machine; default: as its cores and memory allow.", min=1),
 ]
 Scheduler = Annotated[
-    str | None, typer.Option(help="Address of a running Dask cluster, tcp://…; default: a cluster of this machine.")
+    str | None, typer.Option(help="Address of a running Dask scheduler, tcp://…; default: a cluster on this machine.")
 ]
 
 PROCESS_BYTES = 2_000_000_000
-"""What a process with a network may need at its peak."""
+"""Peak memory of a process with a network."""
 
 INTERRUPTED = 130
-"""The exit status of a program that the keyboard stopped."""
+"""Exit status after Ctrl-C, as shells use it."""
 
 
 def choose_engine(name: str, *, workers: int | None, scheduler: str | None, recordings: int, gpu: bool) -> "Engine":
-    """The engine that the options ask for.
+    """The engine for the given options.
 
     Args:
         name: ``local`` or ``dask``.
-        workers: processes on this machine; None: as many as there are cores and memory for.
-        scheduler: of a running cluster.
-        recordings: how many there are: more processes are of no use.
-        gpu: whether this machine's GPU does the work, which one process alone may use.
+        workers: number of processes on this machine; None: as many as its cores and memory allow.
+        scheduler: address of a running cluster.
+        recordings: their number; more processes would idle.
+        gpu: whether the work is done on the GPU of this machine, which only one process may use.
 
     Raises:
-        typer.BadParameter: options that exclude each other.
+        typer.BadParameter: the options exclude each other.
     """
-    from corsmal.engines.dask_cluster import DaskCluster  # noqa: PLC0415 - commands load what they need
-    from corsmal.engines.engine import in_turn  # noqa: PLC0415 - commands load what they need
-    from corsmal.engines.processes import Processes  # noqa: PLC0415 - commands load what they need
+    from corsmal.engines.dask_cluster import DaskCluster
+    from corsmal.engines.engine import in_turn
+    from corsmal.engines.processes import Processes
 
     if scheduler is not None and name != "dask":
-        raise typer.BadParameter("a scheduler belongs to --engine dask", param_hint="--scheduler")
+        raise typer.BadParameter("needs --engine dask", param_hint="--scheduler")
     if scheduler is not None and workers is not None:
-        raise typer.BadParameter("a running cluster has the workers that it has", param_hint="--workers")
+        raise typer.BadParameter("a running cluster determines its own number of workers", param_hint="--workers")
     if gpu and (workers or 1) > 1:
-        raise typer.BadParameter("one process alone uses the GPU of this machine", param_hint="--workers")
+        raise typer.BadParameter("only one process can use the GPU of this machine", param_hint="--workers")
     count = min(1 if gpu else workers or _default_workers(), max(1, recordings))
     if name == "dask":
         return DaskCluster(scheduler, workers=count)
@@ -62,13 +63,13 @@ def choose_engine(name: str, *, workers: int | None, scheduler: str | None, reco
 
 
 def run(task: "Task", recordings: "Sequence[Recording]", engine: "Engine") -> "list[Row]":
-    """The batch's rows, under a bar; the keyboard ends the program and keeps what was done.
+    """Run a task on recordings with a progress bar; Ctrl-C ends the program and keeps finished work.
 
     Raises:
-        typer.Exit: the keyboard stopped it.
+        typer.Exit: Ctrl-C was pressed.
     """
-    from corsmal.engines.engine import in_turn, run_batch  # noqa: PLC0415 - commands load what they need
-    from corsmal.engines.tasks import DetectTask  # noqa: PLC0415 - commands load what they need
+    from corsmal.engines.engine import in_turn, run_batch
+    from corsmal.engines.tasks import DetectTask
 
     finished = 0
 
@@ -86,13 +87,13 @@ def run(task: "Task", recordings: "Sequence[Recording]", engine: "Engine") -> "l
         with progress_bar("recordings") as progress:
             return run_batch(task, recordings, engine=engine, progress=report)
     except KeyboardInterrupt:
-        say(f"Stopped after {finished} of {len(recordings)}; what was done is kept, the same command goes on.")
+        say(f"Stopped after {finished} of {len(recordings)}. Finished work is kept; the same command resumes it.")
         raise typer.Exit(INTERRUPTED) from None
 
 
 def has_gpu() -> bool:
     """Whether PyTorch sees a GPU."""
-    import torch  # noqa: PLC0415 - takes seconds
+    import torch
 
     return torch.cuda.is_available()
 
@@ -102,7 +103,7 @@ def _default_workers() -> int:
 
 
 def _available_bytes() -> int:
-    """Memory that is free, as Linux tells; elsewhere enough for a process per core."""
+    """Free memory as reported by Linux; elsewhere enough for one process per core."""
     try:
         fields = dict(line.split(":", 1) for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines())
         return int(fields["MemAvailable"].split()[0]) * 1024

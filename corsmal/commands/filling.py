@@ -1,31 +1,116 @@
-"""A dataset's recordings with what the filling network listens to."""
+"""``train filling`` and ``evaluate filling``: the network for filling type and level."""
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from corsmal.commands import complain, progress_bar
-from corsmal.dataset import open_dataset
+import typer
+
+from corsmal.commands import FeatureFolder, Root, RunFolder, complain, progress_bar, say, show
 from corsmal.errors import CorsmalError, FileError
-from corsmal.filling import FillingSample, filling_samples
-from corsmal.filling.features import recording_features
-from corsmal.store import Store
+
+if TYPE_CHECKING:
+    from corsmal.dataset import Dataset
+    from corsmal.filling import FillingSample, FillingTraining
+
+Preset = Annotated[
+    Literal["paper", "tuned"],
+    typer.Option(help="paper: one network, trained as published; tuned: eight networks, averaged."),
+]
+Epochs = Annotated[int | None, typer.Option(help="Number of epochs; default: 150 for paper, 30 for tuned.", min=1)]
 
 
-def dataset_samples(root: Path, features: Path | None) -> list[FillingSample]:
-    """The annotated recordings of a dataset with their features; recordings whose sound is broken are named.
+def train(
+    root: Root,
+    folder: RunFolder,
+    *,
+    features: FeatureFolder = None,
+    preset: Preset = "paper",
+    epochs: Epochs = None,
+    seed: Annotated[int, typer.Option(help="Random seed for initial weights, order and crops.", min=0)] = 0,
+) -> None:
+    """Train the network for filling type and level on the annotated recordings of a dataset."""
+    from corsmal.dataset import open_dataset
+    from corsmal.filling import train_filling
+
+    samples = _samples(open_dataset(root), features)
+    with _training_bar() as progress:
+        path = train_filling(folder, samples, preset=_training(preset, epochs), seed=seed, progress=progress)
+    say(f"Weights: {path}")
+
+
+def evaluate(
+    root: Root,
+    folder: RunFolder,
+    *,
+    features: FeatureFolder = None,
+    preset: Preset = "paper",
+    epochs: Epochs = None,
+    folds: Annotated[
+        Literal["spread", "containers"],
+        typer.Option(
+            help="spread: seven folds, each with every filling type and level; containers: three folds of unseen "
+            "containers (1, 4, 7; 2, 5, 8; 3, 6, 9)."
+        ),
+    ] = "spread",
+    seeds: Annotated[int, typer.Option(help="Number of cross-validations, with the seeds 0, 1, …", min=1)] = 1,
+) -> None:
+    """Cross-validate the network for filling type and level on the annotated recordings of a dataset."""
+    from corsmal.dataset import open_dataset
+    from corsmal.evaluation import filling_confusion_tables, filling_container_table, pooled_table
+    from corsmal.filling import cross_validate, folds_by_container, spread_folds
+
+    dataset = open_dataset(root)
+    samples = _samples(dataset, features)
+    known = dataset.table.loc[[sample.recording_id for sample in samples]]
+    split = spread_folds(known) if folds == "spread" else folds_by_container(known)
+    training = _training(preset, epochs)
+    with _training_bar() as progress:
+        predictions = cross_validate(
+            folder, samples, folds=split, preset=training, seeds=range(seeds), progress=progress
+        )
+    show("Weighted F1 in %, all folds pooled", pooled_table(predictions))
+    show("MPF1 in % by container", filling_container_table(predictions))
+    for quantity in ("filling_level", "filling_type"):
+        for kind, table in filling_confusion_tables(predictions, quantity).items():
+            show(f"{quantity.replace('_', ' ')}, {kind}: rows are true, columns predicted", table)
+
+
+def _training(preset: Literal["paper", "tuned"], epochs: int | None) -> "FillingTraining":
+    from corsmal.filling import FillingTraining
+
+    training = FillingTraining.of(preset)
+    return training if epochs is None else replace(training, epochs=epochs)
+
+
+def _samples(dataset: "Dataset", features: Path | None) -> "list[FillingSample]":
+    """The annotated recordings with their features; a recording whose audio cannot be read is reported and skipped.
 
     Raises:
-        FileError: there is no recording with both.
+        FileError: no recording has both.
     """
-    dataset, store = open_dataset(root), Store()
-    found = {}
+    from corsmal.filling import filling_samples
+    from corsmal.filling.features import recording_features
+    from corsmal.store import Store
+
+    store, found = Store(), {}
     with progress_bar("features") as progress:
-        for index, name in enumerate(dataset.table.index):
+        for done, recording in enumerate(dataset, start=1):
             try:
-                found[name] = recording_features(dataset[name], folder=features, store=store).values
+                found[recording.id] = recording_features(recording, folder=features, store=store).values
             except CorsmalError as error:
-                complain(name, error)
-            progress(index + 1, len(dataset))
+                complain(recording.id, error)
+            progress(done, len(dataset))
     samples = filling_samples(dataset.table, found)
     if not samples:
-        raise FileError(root, "has no recording with both a sound and an annotated filling")
+        source = "audio" if features is None else f"an array in {features}"
+        raise FileError(dataset.root, f"has no recording with both {source} and an annotated filling")
     return samples
+
+
+@contextmanager
+def _training_bar() -> Iterator[Callable[[float], None]]:
+    with progress_bar("training, %") as progress:
+        yield lambda fraction: progress(round(100 * fraction), 100)

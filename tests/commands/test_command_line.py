@@ -9,7 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
-from corsmal.commands import engines, recordings
+from corsmal.commands import detector as detector_commands
+from corsmal.commands import engines
 from corsmal.dataset import open_dataset
 from corsmal.engines.tasks import DetectTask
 from corsmal.errors import CorsmalError
@@ -293,8 +294,11 @@ def blocked_cache(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--scheduler", "tcp://127.0.0.1:1"], "belongs to --engine dask"),
-        (["--engine", "dask", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "has the workers that it has"),
+        (["--scheduler", "tcp://127.0.0.1:1"], "needs --engine dask"),
+        (
+            ["--engine", "dask", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"],
+            "determines its own number",
+        ),
         (["--engine", "cloud"], "cloud"),
         (["--workers", "0"], "--workers"),
     ],
@@ -306,10 +310,10 @@ def test_engines_that_cannot_be_are_refused(tiny_dataset_root, networks, options
 
 
 def test_a_gpu_is_used_by_one_process(tiny_dataset_root, detector, monkeypatch):
-    monkeypatch.setattr(recordings, "has_gpu", lambda: True)
+    monkeypatch.setattr(detector_commands, "has_gpu", lambda: True)
     monkeypatch.setattr(engines, "_default_workers", lambda: 8)
     assert RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root)]).exit_code == 0
     assert detector.seen  # here: in this process
     refused = RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root), "--workers", "2"])
     assert refused.exit_code == 2
-    assert "one process alone uses the GPU" in " ".join(refused.output.replace("│", " ").split())
+    assert "only one process can use the GPU" in " ".join(refused.output.replace("│", " ").split())

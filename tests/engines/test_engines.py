@@ -92,7 +92,7 @@ def test_the_keyboard_stops_a_command_and_the_same_command_goes_on(tiny_dataset_
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "cache").glob("estimates/*/*.json")}
     if process.returncode:  # it may have been quicker
         assert process.returncode == 130
-        assert "the same command goes on" in said
+        assert "the same command resumes it" in said
         assert "Traceback" not in said
     command[-2] = "1"
     subprocess.run([*command, table], env=environment, cwd=ROOT, check=True, capture_output=True)

@@ -1,0 +1,42 @@
+"""``demo``: a synthetic dataset."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from corsmal.commands import progress_bar
+from corsmal.commands.engines import Workers
+
+
+def demo(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the new dataset.")],
+    *,
+    containers: Annotated[
+        list[int] | None,
+        typer.Option("--container", help="Number of a container, 1 to 15; repeat for several; default: all.", min=1),
+    ] = None,
+    recordings: Annotated[int, typer.Option(help="Number of recordings of each container.", min=1)] = 2,
+    width: Annotated[int, typer.Option(help="Width of the videos in pixels, a multiple of 32.", min=32)] = 640,
+    seed: Annotated[int, typer.Option(help="Random seed for the scenes.", min=0)] = 0,
+    workers: Workers = None,
+) -> None:
+    """Write the demo: a synthetic dataset in the layout of the real one, with the true masks in DIR/truth.
+
+    An interrupted run resumes.
+    """
+    from corsmal.synthetic.scene.containers import CONTAINER_IDS
+    from corsmal.synthetic.writing.dataset import write_demo
+
+    if width % 32:
+        raise typer.BadParameter(f"must be a multiple of 32, got {width}", param_hint="--width")
+    with progress_bar("recordings") as progress:
+        write_demo(
+            folder,
+            seed=seed,
+            recordings_per_container=recordings,
+            containers=containers or CONTAINER_IDS,
+            size=(width, width * 9 // 16),
+            progress=lambda state: progress(state.done, state.total),
+            workers=workers,
+        )
