@@ -1,4 +1,4 @@
-"""The command that says what is wrong with a dataset, or with this machine."""
+"""``doctor``: what is missing or broken in a dataset, and whether this machine is ready for it."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from corsmal.store import Store
 
 AGREES_MAX = 0.02
-"""Of the image's width. Sound recordings of the demo reach 0.017; most with exchanged cameras have 0.03 to 0.3."""
+"""Share of the image width. Intact recordings of the demo reach 0.017; with exchanged cameras most have 0.03 to 0.3."""
 
 SHOWN_MAX = 20
 
 
 @dataclass
 class _Report:
-    """Lines, and how many of them are problems."""
+    """The lines to print, and the number of problems among them."""
 
     lines: list[str] = field(default_factory=list)
     problems: int = 0
@@ -53,10 +53,10 @@ def doctor(
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Say what a dataset lacks, which files are broken, and whether cameras, detections and networks are fit for use.
+    """Check a dataset's files, cameras and detections, and the networks and the cache on this machine.
 
-    Lines that begin with ! are problems; the exit status is 1 if there are any. What the whole set lacks is none: parts
-    of it can be downloaded.
+    Problems are marked with !; if there are any, the exit status is 1. Parts that the whole dataset lacks are listed
+    without a mark: they may not have been downloaded.
     """
     from corsmal.dataset import open_dataset
     from corsmal.stages.examination import ExamineTask
@@ -79,7 +79,7 @@ def doctor(
 
 
 def _on_completeness(report: _Report, dataset: "Dataset", recordings: "Sequence[Recording]") -> None:
-    report.note(f"{dataset.root}: {len(dataset)} recordings, {len(recordings)} examined")
+    report.note(f"{dataset.root}: {len(dataset)} recordings, {len(recordings)} checked")
     for sentence in dataset.problems:
         report.note(sentence)
     lacking: dict[str, list[str]] = {}
@@ -109,12 +109,12 @@ def _on_agreement(report: _Report, rows: "Iterable[Row]") -> None:
         return
     worst = sorted(errors, key=errors.__getitem__, reverse=True)
     report.note(
-        f"calibration and detections of {len(errors)} recordings: the triangulated centroid falls "
-        f"{_percent(errors[worst[len(worst) // 2]])} of the width from the masks' (worst: {_percent(errors[worst[0]])})"
+        f"calibration against detections, {len(errors)} recordings: the reprojected centroid misses the mask's by "
+        f"{_percent(errors[worst[len(worst) // 2]])} of the image width (median; worst: {_percent(errors[worst[0]])})"
     )
     report.problem_list(
         [
-            f"{name}: calibration and detections do not agree ({_percent(errors[name])}): one is of something else"
+            f"{name}: calibration and detections disagree ({_percent(errors[name])}): is one of another recording?"
             for name in worst
             if errors[name] > AGREES_MAX
         ]
@@ -132,7 +132,7 @@ def _on_networks(report: _Report) -> None:
 
     coco = coco_weights_file()
     report.note(
-        f"weights of Mask R-CNN: {coco if coco.is_file() else f'not there yet, downloaded on first use ({coco})'}"
+        f"Mask R-CNN weights: {coco if coco.is_file() else f'not there yet; downloaded on first use to {coco}'}"
     )
     openers: dict[Kind, Callable[[Path], object]] = {
         "detector": lambda path: SmallDetector(path, device="cpu"),
@@ -146,11 +146,11 @@ def _on_networks(report: _Report) -> None:
             report.note(f"{kind} weights ({weights.origin}): {weights.path}")
         except CorsmalError as error:
             report.problem(str(error))
-    report.note(f"GPU: {torch.cuda.get_device_name() if torch.cuda.is_available() else 'none, the CPU is used'}")
+    report.note(f"GPU: {torch.cuda.get_device_name() if torch.cuda.is_available() else 'none; the CPU is used'}")
 
 
 def _on_store(report: _Report, store: "Store") -> None:
-    report.note(f"results are kept in {store.root}")
+    report.note(f"results are stored in {store.root}")
     try:
         store.check_writable()
     except CorsmalError as error:
@@ -158,7 +158,9 @@ def _on_store(report: _Report, store: "Store") -> None:
     leftovers = store.leftovers()
     if leftovers:
         size_mb = sum(path.stat().st_size for path in leftovers) / 1e6
-        report.note(f"{len(leftovers)} files there are of no more use ({size_mb:.1f} MB), such as {leftovers[0]}")
+        report.note(
+            f"{len(leftovers)} files there are unused ({size_mb:.1f} MB) and can be deleted, such as {leftovers[0]}"
+        )
 
 
 def _listed(names: list[str]) -> str:

@@ -257,7 +257,14 @@ def test_doctor_finds_nothing_wrong_with_what_is_whole(tmp_path):
     root = write_tiny_dataset(tmp_path / "set", recordings=1, frames=3)
     result = RUNNER.invoke(cli.app, ["doctor", str(root), "--workers", "1"])
     assert result.exit_code == 0, result.output
-    for part in ("1 recordings", "every file can be read", "of the width", "weights of mass", "GPU", "no problems"):
+    for part in (
+        "1 recordings",
+        "every file can be read",
+        "of the image width",
+        "weights of mass",
+        "GPU",
+        "no problems",
+    ):
         assert part in result.output
 
 

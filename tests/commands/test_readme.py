@@ -1,0 +1,361 @@
+"""What the README says one can type is typed here, on tiny data."""
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from importlib.metadata import entry_points, version
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+from packaging.requirements import Requirement
+from torchvision.models.detection import maskrcnn_resnet50_fpn
+from typer.testing import CliRunner
+
+import corsmal.__main__ as cli
+from corsmal import detection
+from corsmal.dataset import open_dataset
+from corsmal.detection import MaskRCNNDetector
+from corsmal.evaluation import read_estimates, read_submission
+from corsmal.filling import FillingPredictor
+from corsmal.mass import MassPredictor
+from corsmal.parameters import METHOD_VIEWS
+from corsmal.stages.detections import load_detections
+from corsmal.store import Store
+from tests.networks import write_networks
+from tests.tiny import write_tiny_dataset
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+SETUP = "python3 -m venv .venv && .venv/bin/pip install -r requirements.txt && "
+COMMAND = ".venv/bin/python -m corsmal "
+LINES = [
+    line
+    for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
+    for line in (re.sub(r"\s+#.*", "", line) for line in block.splitlines())
+]
+COMMANDS = [line.removeprefix(COMMAND) for line in LINES if line.startswith(COMMAND)]
+OTHERS = [
+    SETUP + ".venv/bin/streamlit run app.py",
+    SETUP + ".venv/bin/python -m pytest",
+    ".venv/bin/python -m dask scheduler",
+    ".venv/bin/python -m dask worker tcp://10.0.0.5:8786 --nworkers 8 --nthreads 1",
+    "export CORSMAL_CACHE=/shared/cache",
+    ".venv/bin/python -m pytest tests/benchmarks --benchmark-only",
+]
+"""Lines that are no commands of ``corsmal``."""
+
+RECORDINGS, DETECTED_HERE = 9, "000002"
+"""Of the dataset ROOT; the second has no detections beside its videos."""
+
+
+class Place:
+    """The folders and files that the README's commands name, made when they are first needed."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.table = folder / "estimates.csv"
+        self._processes: list[subprocess.Popen[bytes]] = []
+
+    @cached_property
+    def dataset(self) -> Path:
+        """Nine recordings of two frames, with every filling type and level."""
+        root = write_tiny_dataset(self.folder / "ROOT", recordings=RECORDINGS, frames=2)
+        path = root / "ccm_tiny_annotation.json"
+        content = json.loads(path.read_text(encoding="utf-8"))
+        for row in content["annotations"]:
+            row["filling type"], row["filling level"] = ((0, 0), (1, 1), (2, 2), (3, 1))[row["id"] // 2 % 4]
+        path.write_text(json.dumps(content), encoding="utf-8")
+        return root
+
+    @cached_property
+    def demo(self) -> Path:
+        """The demo with one small recording."""
+        small = ["--container", "1", "--recordings", "1", "--width", "160"]
+        run(["demo", str(self.folder / "DIR"), *small])
+        return self.folder / "DIR"
+
+    @cached_property
+    def networks(self) -> dict[str, Path]:
+        return write_networks(self.folder)
+
+    @cached_property
+    def estimates(self) -> Path:
+        run(["estimate", str(self.dataset), "--out", str(self.table), "--workers", "1"])
+        return self.table
+
+    @cached_property
+    def scheduler(self) -> str:
+        """The address of a cluster that the README's two lines start, of one worker."""
+        scheduler, worker = (shlex.split(line)[1:] for line in OTHERS if " -m dask " in line)
+        found = self.folder / "scheduler.json"
+        self._start(
+            [*scheduler, "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(found)]
+        )
+        deadline_s = time.monotonic() + 60
+        while not found.exists() and time.monotonic() < deadline_s:
+            time.sleep(0.1)
+        address = json.loads(found.read_text(encoding="utf-8"))["address"]
+        worker[worker.index("tcp://10.0.0.5:8786")] = address
+        worker[worker.index("8")] = "1"
+        self._start([*worker, "--no-dashboard", "--local-directory", str(self.folder)])
+        return address
+
+    def run_of(self, words: str) -> Path:
+        """The folder of a command's own training."""
+        return self.folder / words.replace(" ", "-")
+
+    def arguments(self, line: str) -> list[str]:
+        """A command's arguments, with the folders and files that are here."""
+        here = {
+            "ROOT": lambda: self.dataset,
+            "/shared/ccm/train": lambda: self.dataset,
+            "DIR": lambda: self.demo,
+            "RUN": lambda: self.run_of(words_of(line)),
+            "RUN/mass.safetensors": lambda: self.networks["mass"],
+            "000618": lambda: DETECTED_HERE,
+            "estimates.csv": lambda: self.table,
+            "table.tex": lambda: self.folder / "table.tex",
+            "submission.csv": lambda: self.folder / "submission.csv",
+            "scores.html": lambda: self.folder / "scores.html",
+            "tcp://10.0.0.5:8786": lambda: self.scheduler,
+        }
+        return [str(here[word]()) if word in here else word for word in shlex.split(line)]
+
+    def _start(self, arguments: list[str]) -> None:
+        process = subprocess.Popen([sys.executable, *arguments], cwd=REPOSITORY, stderr=subprocess.DEVNULL)
+        self._processes.append(process)
+
+    def end(self) -> None:
+        for process in reversed(self._processes):
+            process.terminate()
+            process.wait(timeout=60)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
+    place = Place(tmp_path_factory.mktemp("readme"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CORSMAL_CACHE", str(place.folder / "cache"))
+        patch.setenv("COLUMNS", "200")
+        yield place
+    place.end()
+
+
+def run(arguments: list[str]) -> str:
+    """What a command prints; it must succeed."""
+    result = CliRunner().invoke(cli.app, arguments, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+CHECKS: dict[str, Callable[[Place, list[str]], None]] = {}
+"""Runs a command with the README's arguments and checks what came of it, by the command's words."""
+
+
+def check(words: str) -> Callable[[Callable[[Place, list[str]], None]], Callable[[Place, list[str]], None]]:
+    def add(checked: Callable[[Place, list[str]], None]) -> Callable[[Place, list[str]], None]:
+        CHECKS[words] = checked
+        return checked
+
+    return add
+
+
+def words_of(line: str) -> str:
+    """The command's own words: ``train filling`` of ``train filling ROOT RUN``."""
+    first, second, *_ = (*line.split(), "", "")
+    return f"{first} {second}" if first in ("train", "evaluate", "runs") else first
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
+def test_the_readmes_command_runs(line: str, place: Place) -> None:
+    assert words_of(line) in CHECKS, f"the README's command has no test: {line}"
+    CHECKS[words_of(line)](place, place.arguments(line))
+
+
+def test_the_readme_names_every_command() -> None:
+    groups = {"": cli.COMMANDS, "train ": cli.TRAIN, "evaluate ": cli.EVALUATE}
+    assert {group + name for group, names in groups.items() for name in names} == set(map(words_of, COMMANDS))
+
+
+def test_the_readme_has_no_other_lines_than_those_that_are_checked() -> None:
+    others = [line for line in LINES if not line.startswith(COMMAND)]
+    assert [line for line in others if line.strip()] == OTHERS
+
+
+@check("demo")
+def _(place: Place, arguments: list[str]) -> None:
+    assert arguments == ["demo", str(place.demo)]  # where it was written
+    assert open_dataset(place.demo).ids == ("000000",)
+    assert (place.demo / "truth" / "000000.json").is_file()
+
+
+@check("detect")
+def _(place: Place, arguments: list[str]) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(detection, "MaskRCNNDetector", partial(MaskRCNNDetector, image_side_min_px=48))
+        patch.setattr("corsmal.engines.tasks._detector", lambda task: task.detector())
+        if "dask" in arguments:
+            arguments += ["--demo-weights"]  # the workers have no weights of Mask R-CNN
+        elif "--demo-weights" in arguments:
+            arguments = ["detect", str(place.dataset), *arguments[2:]]  # 2 frames where the demo has 147
+        else:
+            network = maskrcnn_resnet50_fpn(weights=None, weights_backbone=None, num_classes=91)
+            torch.save(network.state_dict(), place.folder / "untrained.pth")
+            arguments += ["--weights", str(place.folder / "untrained.pth")]
+        if "dask" not in arguments:
+            arguments += ["--workers", "1"]
+        run(arguments)
+    found = load_detections(open_dataset(place.dataset)[DETECTED_HERE], store=Store()).views
+    assert set(found) == set(METHOD_VIEWS)
+    assert all(0 in view for view in found.values())
+
+
+@check("estimate")
+def _(place: Place, arguments: list[str]) -> None:
+    out = place.folder / "written.csv"
+    one = [] if "dask" in arguments else ["--workers", "1"]
+    run([*arguments, "--out", str(out), *one])
+    rows = read_estimates(out).set_index("recording_id")
+    assert len(rows) == RECORDINGS
+    assert rows.loc["000000", "status"] == "fitted"
+
+
+@check("evaluate estimates")
+def _(place: Place, arguments: list[str]) -> None:
+    assert place.estimates.is_file()
+    output = run(arguments)
+    for title in ("By container", "The challenge's scores", "capacity"):
+        assert title in output
+    assert "red cup" in (place.folder / "table.tex").read_text(encoding="utf-8")
+
+
+@check("submit")
+def _(place: Place, arguments: list[str]) -> None:
+    assert place.estimates.is_file()
+    run(arguments)
+    assert len(read_submission(place.folder / "submission.csv")) == RECORDINGS
+
+
+@check("doctor")
+def _(_: Place, arguments: list[str]) -> None:
+    result = CliRunner().invoke(cli.app, [*arguments, "--workers", "1"])
+    assert result.exit_code == 1  # recording 000001 has no sound
+    assert "every file can be read" in result.output
+    assert "audio is missing in 1 recording: 000001" in result.output
+
+
+@check("train filling")
+def _(place: Place, arguments: list[str]) -> None:
+    output = run([*arguments, "--epochs", "1"])
+    weights = place.run_of("train filling") / "filling.safetensors"
+    assert str(weights) in output
+    assert FillingPredictor(weights).predict(np.zeros((8, 3, 128), np.float32)).ok
+
+
+@check("evaluate filling")
+def _(place: Place, arguments: list[str]) -> None:
+    output = run([*arguments, "--epochs", "1"])
+    assert "Weighted F1 in %" in output
+    predictions = pd.read_csv(place.run_of("evaluate filling") / "predictions.csv")
+    assert len(predictions) == predictions["seed"].nunique() * (RECORDINGS - 1)  # one has no sound
+    assert predictions["fold"].nunique() == 7
+
+
+@check("train mass")
+def _(place: Place, arguments: list[str]) -> None:
+    output = run([*arguments, "--epochs", "2"])
+    assert "2 epochs" in output
+    mask = np.ones((30, 20), dtype=bool)
+    predicted = MassPredictor(place.run_of("train mass") / "mass.safetensors").predict(
+        mask, width_top_mm=90.0, width_bottom_mm=70.0, height_mm=120.0, mm_per_px=2.0
+    )
+    assert predicted.mass_g is not None
+
+
+@check("evaluate mass")
+def _(_: Place, arguments: list[str]) -> None:
+    output = run(arguments)
+    average = next(line.split() for line in output.splitlines() if line.startswith("average"))
+    assert average[1] == str(RECORDINGS)
+    assert "always the mean" in output
+
+
+@check("train wall")
+def _(_: Place, arguments: list[str]) -> None:
+    output = run(arguments)
+    assert re.search(r"--preset tuned --wall \d+\.\d", output)
+
+
+@check("train detector")
+def _(place: Place, arguments: list[str]) -> None:
+    output = run([*arguments, "--steps", "1", "--batch", "1", "--whole", "0"])
+    weights = place.run_of("train detector") / "detector.safetensors"
+    assert str(weights) in output
+    assert detection.SmallDetector(weights, device="cpu").detect([np.zeros((90, 160, 3), np.uint8)])
+
+
+@check("evaluate detector")
+def _(_: Place, arguments: list[str]) -> None:
+    output = run([*arguments, "--frames", "2"])
+    assert re.search(r"all frames +2 ", output)
+    assert "The worst frames" in output
+
+
+@check("budget")
+def _(place: Place, arguments: list[str]) -> None:
+    output = run(arguments)
+    assert "MAPE in %" in output
+    if "--scatter" in arguments:
+        assert "rank correlation" in output
+        assert (place.folder / "scores.html").stat().st_size > 1000
+
+
+def test_the_library_example_runs(place: Place, capsys: pytest.CaptureFixture[str]) -> None:
+    [example] = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    for written, here in {
+        "/path/to/dataset": place.dataset,
+        "000618": "000000",
+        "RUN1/filling.safetensors": place.networks["filling"],
+        "RUN2/mass.safetensors": place.networks["mass"],
+    }.items():
+        assert written in example
+        example = example.replace(written, str(here))
+    names: dict[str, object] = {}
+    exec(compile(example, "README.md", "exec"), names)
+    found = SimpleNamespace(**names)
+    assert found.result.status == "fitted"
+    assert found.result.fit.frame == found.best.frame
+    np.testing.assert_array_equal(found.hull.radii_mm, found.result.fit.hull.radii_mm)
+    assert f"fitted {found.result.capacity_ml}" in capsys.readouterr().out
+
+
+def test_the_set_up_commands_name_what_is_there() -> None:
+    start, tests = (line.removeprefix(SETUP).split() for line in OTHERS[:2])
+    scripts = {script.name for script in entry_points(group="console_scripts")}
+    assert Path(start[0]).name in scripts
+    assert (REPOSITORY / start[-1]).is_file()
+    assert subprocess.run([sys.executable, *tests[1:], "--version"], capture_output=True, check=True)
+
+
+def test_what_is_installed_is_what_the_requirements_name() -> None:
+    lines = (REPOSITORY / "requirements.txt").read_text(encoding="utf-8").splitlines()
+    requirements = [Requirement(line) for line in lines if line and not line.startswith("#")]
+    assert len(requirements) > 20
+    unmet = {str(each): version(each.name) for each in requirements if version(each.name) not in each.specifier}
+    assert unmet == {}
+
+
+def test_the_continuous_integration_finds_the_readmes_test_command() -> None:
+    [extraction] = re.findall(r"tests=\$\((.*)\)\n", (REPOSITORY / ".ci" / "run").read_text(encoding="utf-8"))
+    found = subprocess.run(["bash", "-c", extraction], cwd=REPOSITORY, capture_output=True, text=True, check=True)
+    assert found.stdout == OTHERS[1] + "\n"
