@@ -29,15 +29,23 @@ def train(
     features: FeatureFolder = None,
     preset: Preset = "paper",
     epochs: Epochs = None,
+    retrain: Annotated[
+        bool,
+        typer.Option("--retrain", help="Then train on all recordings for the number of epochs that proved best."),
+    ] = False,
     seed: Annotated[int, typer.Option(help="Random seed for initial weights, order and crops.", min=0)] = 0,
 ) -> None:
-    """Train the network for filling type and level on the annotated recordings of a dataset."""
+    """Train the network for filling type and level on the annotated recordings of a dataset.
+
+    With the preset paper a seventh of them is held out, by which the best epoch is chosen.
+    """
     from corsmal.dataset import open_dataset
     from corsmal.filling import train_filling
 
+    training = replace(_training(preset, epochs), retrain=retrain)
     samples = _samples(open_dataset(root), features)
     with _training_bar() as progress:
-        path = train_filling(folder, samples, preset=_training(preset, epochs), seed=seed, progress=progress)
+        path = train_filling(folder, samples, preset=training, seed=seed, progress=progress)
     say(f"Weights: {path}")
 
 

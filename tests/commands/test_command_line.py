@@ -261,7 +261,7 @@ def test_doctor_finds_nothing_wrong_with_what_is_whole(tmp_path):
         "1 recordings",
         "every file can be read",
         "of the image width",
-        "weights of mass",
+        "mass weights",
         "GPU",
         "no problems",
     ):
