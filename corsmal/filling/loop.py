@@ -1,14 +1,11 @@
 """Fitting one network: checkpoints, logs, and which epoch's weights are kept (paper 2)."""
 
-import contextlib
-import ctypes
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import lightning
-import numpy as np
 import torch
 from lightning.pytorch.callbacks import Callback
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
@@ -23,13 +20,6 @@ from corsmal.weights import quiet_lightning, read_checkpoint
 
 LOSS_FLOOR = 0.15
 """Of either loss in rule (1)."""
-
-Precision = Literal["32-true", "bf16-mixed"]
-LONG_ROWS = 100
-"""As many rows on the average make recordings long."""
-
-MALLOPT = {-1: 2**31 - 1, -3: 32 * 2**20}
-"""glibc's M_TRIM_THRESHOLD and M_MMAP_THRESHOLD, both as high as they go."""
 
 DIVERGED = "training diverged; delete the folder and lower the learning rate"
 
@@ -83,15 +73,12 @@ def fit_network(
         return read_filling(done)[0]
     last = folder / "checkpoints" / "last.ckpt"
     is_begun = read_checkpoint(last) is not None
-    keep_freed_memory()
     with torch.random.fork_rng(devices=range(torch.cuda.device_count())), quiet_lightning():
         torch.manual_seed(stream(seed, index))
         module = FillingModule(training, index, samples, validation, seed=seed)
         keeper = KeepBest(folder / "kept.safetensors", module.network)
         callbacks = [*([keeper] if training.keep == "best" else []), _Checkpoint(last), _Progress(progress)]
-        trainer = _trainer(
-            folder, callbacks, epochs=training.epochs, validated=bool(validation), precision=precision(samples)
-        )
+        trainer = _trainer(folder, callbacks, epochs=training.epochs, validated=bool(validation))
         trainer.fit(module, ckpt_path=last if is_begun else None, weights_only=True)
     network = keeper.kept() if training.keep == "best" else module.network.cpu().eval()
     if not all(torch.isfinite(value).all() for value in network.state_dict().values()):
@@ -116,34 +103,10 @@ def epochs_kept(folder: Path) -> int:
         raise FileError(last, "is not a checkpoint of this training; delete it to begin again") from error
 
 
-def keep_freed_memory() -> None:
-    """Keep in the process what a step freed: glibc would give it back, and the next step wait for it, an eighth of it.
-
-    Where there is no glibc nothing happens.
-    """
-    with contextlib.suppress(OSError, AttributeError, TypeError):
-        library = ctypes.CDLL(None)
-        for parameter, value in MALLOPT.items():
-            library.mallopt(parameter, value)
-
-
-def precision(samples: Sequence[FillingSample]) -> Precision:
-    """Of a training: mixed with bfloat16 on long recordings, in half the time, on a CPU that has instructions for it.
-
-    Short recordings gain nothing by it.
-    """
-    has_instructions = torch.cpu.get_capabilities().get("avx512_bf16") and not torch.cuda.is_available()
-    is_long = np.mean([sample.rows for sample in samples]) >= LONG_ROWS
-    return "bf16-mixed" if is_long and has_instructions else "32-true"
-
-
-def _trainer(
-    folder: Path, callbacks: list[Callback], *, epochs: int, validated: bool, precision: Precision
-) -> lightning.Trainer:
+def _trainer(folder: Path, callbacks: list[Callback], *, epochs: int, validated: bool) -> lightning.Trainer:
     return lightning.Trainer(
         accelerator="auto",
         devices=1,
-        precision=precision,
         max_epochs=epochs,
         reload_dataloaders_every_n_epochs=1,
         num_sanity_val_steps=0,

@@ -59,29 +59,26 @@ class FillingModule(lightning.LightningModule):
         self.network.type_head.requires_grad_(batch.task != "level")
         losses = {task: loss for task, loss in self._losses(batch).items() if batch.task in (task, "both")}
         for task, loss in losses.items():
-            self.log(f"{task}_loss", loss, on_step=False, on_epoch=True, batch_size=len(batch))
+            self.log(f"{task}_loss", loss, on_step=False, on_epoch=True, batch_size=len(batch.types))
         return torch.stack(list(losses.values())).sum()
 
     def validation_step(self, batch: Batch) -> None:
         """Both losses, their means over the recordings logged."""
         for task, loss in self._losses(batch).items():
-            self.log(f"validation_{task}_loss", loss, batch_size=len(batch))
+            self.log(f"validation_{task}_loss", loss, batch_size=len(batch.types))
 
     def _losses(self, batch: Batch) -> dict[str, Tensor]:
         """The mean cross-entropies over the batch's recordings."""
-        losses = {"level": torch.zeros((), device=self.device), "type": torch.zeros((), device=self.device)}
-        for part in batch.parts:
-            types, levels = self.network(part.features, part.mask)
-            losses["level"] = losses["level"] + functional.cross_entropy(levels, part.levels, reduction="sum")
-            losses["type"] = losses["type"] + functional.cross_entropy(types, part.types, reduction="sum")
-        return {task: loss / len(batch) for task, loss in losses.items()}
+        types, levels = self.network(batch.features, batch.mask)
+        return {
+            "level": functional.cross_entropy(levels, batch.levels),
+            "type": functional.cross_entropy(types, batch.types),
+        }
 
     def configure_optimizers(self) -> Any:
         """AdamW over everything; what gets no gradient in a pass is not changed by it."""
         settings = self._training
-        optimiser = torch.optim.AdamW(
-            self.network.parameters(), settings.rate, weight_decay=settings.weight_decay, fused=True
-        )
+        optimiser = torch.optim.AdamW(self.network.parameters(), settings.rate, weight_decay=settings.weight_decay)
         if settings.schedule == "constant":
             return optimiser
         return {

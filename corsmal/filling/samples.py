@@ -19,12 +19,6 @@ Task = Literal["type", "level", "both"]
 CROP_START_MAX, CROP_END_MIN = 0.4, 0.6
 """Of the recording's length: the type pass begins at the earliest at 0, at the latest here; it ends here or later."""
 
-PART_RATIO, PART_ROWS = 2, 8
-"""Recordings of one batch are padded together up to so many times the shortest one's rows, and so many rows more."""
-
-ALIGNED_ROWS, ALIGNED_FROM = 8, 64
-"""A part of 64 rows or more is padded until they are, with the cls embedding, a multiple of 8: others take longer."""
-
 
 @dataclass(frozen=True, eq=False)
 class FillingSample:
@@ -65,37 +59,22 @@ class FillingSample:
         return self.features.shape[1]
 
 
-class Part(NamedTuple):
-    """Recordings of like length, padded to the longest, or a few rows more.
+class Batch(NamedTuple):
+    """The recordings of one step, padded to the longest.
 
     Args:
+        task: what the step trains.
         features: (B, C, T, features) float32, zero beyond a recording's end.
         mask: (B, T) bool, true on its own rows.
         types: (B,) filling types.
         levels: (B,) filling levels.
     """
 
+    task: Task
     features: Tensor
     mask: Tensor
     types: Tensor
     levels: Tensor
-
-
-class Batch(NamedTuple):
-    """The recordings of one step, drawn from all and then sorted into parts by length.
-
-    Batches of like lengths would need no parts, but they are batches of like fillings, which train worse.
-
-    Args:
-        task: what the step trains.
-        parts: together all recordings of the step.
-    """
-
-    task: Task
-    parts: tuple[Part, ...]
-
-    def __len__(self) -> int:
-        return sum(len(part.types) for part in self.parts)
 
 
 class Batches:
@@ -124,7 +103,7 @@ class Batches:
                 samples = [self._samples[index] for index in order[first : first + self._size]]
                 crop = None if task != "type" or self._rng is None else self._rng
                 crops = [(0, sample.rows) if crop is None else random_crop(sample.rows, crop) for sample in samples]
-                yield Batch(task, tuple(padded(samples, crops)))
+                yield padded(task, samples, crops)
 
 
 def random_crop(rows: int, rng: np.random.Generator) -> tuple[int, int]:
@@ -134,25 +113,10 @@ def random_crop(rows: int, rng: np.random.Generator) -> tuple[int, int]:
     return int(start), min(int(np.ceil(end)), rows)
 
 
-def padded(samples: Sequence[FillingSample], crops: Sequence[tuple[int, int]]) -> list[Part]:
-    """The crops, [start, end) rows of each recording, sorted by length into few parts with little padding."""
-    order = sorted(range(len(crops)), key=lambda index: crops[index][1] - crops[index][0])
-    groups: list[list[int]] = []
-    longest = 0
-    for index in order:
-        rows = crops[index][1] - crops[index][0]
-        if rows > longest:
-            groups.append([])
-            longest = PART_RATIO * rows + PART_ROWS
-        groups[-1].append(index)
-    return [_part([samples[index] for index in group], [crops[index] for index in group]) for group in groups]
-
-
-def _part(samples: Sequence[FillingSample], crops: Sequence[tuple[int, int]]) -> Part:
+def padded(task: Task, samples: Sequence[FillingSample], crops: Sequence[tuple[int, int]]) -> Batch:
+    """The crops, [start, end) rows of each recording, as one batch."""
     channels, _, width = samples[0].features.shape
     length = max(end - start for start, end in crops)
-    if length >= ALIGNED_FROM:
-        length += -(length + 1) % ALIGNED_ROWS
     features = np.zeros((len(samples), channels, length, width), np.float32)
     mask = np.zeros((len(samples), length), dtype=bool)
     for index, (sample, (start, end)) in enumerate(zip(samples, crops, strict=True)):
@@ -160,7 +124,7 @@ def _part(samples: Sequence[FillingSample], crops: Sequence[tuple[int, int]]) ->
         mask[index, : end - start] = True
     types = torch.tensor([sample.filling_type for sample in samples])
     levels = torch.tensor([sample.filling_level for sample in samples])
-    return Part(torch.from_numpy(features), torch.from_numpy(mask), types, levels)
+    return Batch(task, torch.from_numpy(features), torch.from_numpy(mask), types, levels)
 
 
 def filling_samples(table: pd.DataFrame, features: Mapping[str, NDArray[np.float32]]) -> list[FillingSample]:

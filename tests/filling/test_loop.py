@@ -9,7 +9,7 @@ from corsmal.errors import FileError
 from corsmal.filling import loop as fitting
 from corsmal.filling import read_filling
 from corsmal.filling.loop import fit_network, keeps
-from tests.filling.made import JOINT, PAPER, SMALL, made_features, made_samples, same, state
+from tests.filling.made import JOINT, PAPER, SMALL, made_samples, same, state
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
 
@@ -76,44 +76,7 @@ class KilledError(Exception):
     """Stands for the end of the process."""
 
 
-@pytest.mark.parametrize("error", [OSError, AttributeError, TypeError])
-def test_memory_is_left_alone_where_there_is_no_glibc(monkeypatch, error):
-    def absent(_):
-        raise error
-
-    monkeypatch.setattr(fitting.ctypes, "CDLL", absent)
-    fitting.keep_freed_memory()
-
-
-@pytest.fixture(params=[False, True], ids=["single", "mixed"])
-def mixed(request, monkeypatch):
-    """Whether the recordings count as long, on a processor that has instructions for bfloat16."""
-    if request.param:
-        monkeypatch.setattr(fitting, "LONG_ROWS", 1)
-        monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: {"avx512_bf16": True})
-    return request.param
-
-
-@pytest.mark.parametrize("bfloat16", [True, False])
-def test_long_recordings_are_trained_on_in_mixed_precision_where_it_is_fast(monkeypatch, bfloat16):
-    monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: {"avx512_bf16": bfloat16, "avx2": True})
-    short, long = made_samples(4), [replace(sample, features=made_features(431)) for sample in made_samples(4)]
-    assert fitting.precision(short) == "32-true"
-    assert fitting.precision(long) == ("bf16-mixed" if bfloat16 else "32-true")
-
-
-@pytest.mark.skipif(torch.cuda.is_available(), reason="on a GPU nothing is mixed")
-def test_mixed_precision_changes_the_weights_little(tmp_path, monkeypatch):
-    single = state(fit(tmp_path / "single"))
-    monkeypatch.setattr(fitting, "precision", lambda _: "bf16-mixed")
-    mixed = state(fit(tmp_path / "mixed"))
-    assert not same(single, mixed)
-    for name, value in single.items():
-        torch.testing.assert_close(mixed[name], value, atol=0.02, rtol=0.02)
-
-
 @each_training
-@pytest.mark.usefixtures("mixed")
 def test_run_that_was_killed_goes_on_to_the_same_weights(tmp_path, training):
     def killed(share):
         if share > 0.5:

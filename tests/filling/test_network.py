@@ -7,7 +7,7 @@ import torch
 
 from corsmal.errors import ArgumentError
 from corsmal.filling import FillingConfig, FillingModel
-from corsmal.filling.network import CNNEncoder, Dropout, sinusoidal_positions
+from corsmal.filling.network import sinusoidal_positions
 from tests.filling.made import SMALL, WIDTH, made_features
 
 CONFIGS = {
@@ -68,51 +68,6 @@ def test_cnn_encoder_is_a_depthwise_and_a_pointwise_convolution():
         windows = padded[batch, :, row : row + 5, column : column + 5]
         channels = (windows * kernels).sum(axis=(1, 2)) + cnn.depthwise.bias.double().numpy()
         assert encoded[place].item() == pytest.approx(channels @ weights + cnn.pointwise.bias.item(), abs=1e-4)
-
-
-@pytest.mark.parametrize("rows", [1, 2, 3, 9])
-def test_cnn_encoder_and_its_gradients_are_those_of_two_layers(rows):
-    cnn = CNNEncoder(3)
-    for parameter in cnn.parameters():
-        torch.nn.init.normal_(parameter)
-    x, weights = torch.randn(2, 3, rows, WIDTH), torch.randn(2, rows, WIDTH)
-    plain = cnn.pointwise(cnn.depthwise(x).permute(0, 2, 3, 1)).squeeze(3)
-    encoded = cnn(x)
-    torch.testing.assert_close(encoded, plain, atol=1e-4, rtol=1e-4)
-    expected = torch.autograd.grad((plain * weights).sum(), list(cnn.parameters()))
-    found = torch.autograd.grad((encoded * weights).sum(), list(cnn.parameters()))
-    for one, other in zip(found, expected, strict=True):
-        torch.testing.assert_close(one, other, atol=1e-3, rtol=1e-4)
-
-
-def test_dropout_leaves_out_as_much_as_asked_and_keeps_the_mean():
-    torch.manual_seed(0)
-    x = torch.full((999, 101), 2.0)
-    dropped = Dropout(0.3)(x)
-    assert (dropped == 0).float().mean().item() == pytest.approx(77 / 256, abs=0.005)
-    assert dropped.mean().item() == pytest.approx(2, abs=0.02)
-    assert len(dropped.unique()) == 2
-    rows, columns = dropped[1:] == dropped[:-1], dropped[:, 1:] == dropped[:, :-1]
-    for alike in (rows, columns, dropped[:, 8:] == dropped[:, :-8]):
-        assert alike.float().mean().item() == pytest.approx((77 / 256) ** 2 + (179 / 256) ** 2, abs=0.01)
-    torch.manual_seed(0)
-    assert torch.equal(Dropout(0.3)(x), dropped)
-    assert Dropout(0.3).eval()(x) is x
-    assert Dropout(0.0)(x) is x
-    assert Dropout(0.999)(x).isfinite().all()
-
-
-@pytest.mark.parametrize("rows", [(6, 6), (6, 3)], ids=["full", "padded"])
-def test_attention_by_hand_is_the_layers_own_and_in_bfloat16_nearly(rows):
-    block = made_model(SMALL).blocks[0]
-    x = torch.randn(len(rows), max(rows) + 1, WIDTH)
-    padding = torch.arange(x.shape[1]) > torch.tensor(rows)[:, None]
-    expected, _ = block.attention(x, x, x, key_padding_mask=padding, need_weights=False)
-    torch.testing.assert_close(block.attend(x, padding), expected, atol=1e-6, rtol=1e-5)
-    whole, _ = block(x, padding)
-    with torch.autocast("cpu", torch.bfloat16):
-        torch.testing.assert_close(block.attend(x, padding).float(), expected, atol=0.02, rtol=0.05)
-        torch.testing.assert_close(block(x, padding)[0].float(), whole, atol=0.05, rtol=0.05)
 
 
 @torch.inference_mode()

@@ -1,5 +1,3 @@
-from itertools import pairwise
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -29,8 +27,7 @@ def contents(batch):
     """(type, level, rows) of the recordings of a batch."""
     return [
         (int(kind), int(level), int(rows))
-        for part in batch.parts
-        for kind, level, rows in zip(part.types, part.levels, part.mask.sum(dim=1), strict=True)
+        for kind, level, rows in zip(batch.types, batch.levels, batch.mask.sum(dim=1), strict=True)
     ]
 
 
@@ -40,7 +37,7 @@ def test_every_pass_has_every_recording_once_and_whole():
     batches = list(epoch)
     assert len(epoch) == len(batches)
     assert [batch.task for batch in batches] == ["level"] * 6 + ["both"] * 6
-    assert [len(batch) for batch in batches] == [4, 4, 4, 4, 4, 3] * 2
+    assert [len(batch.types) for batch in batches] == [4, 4, 4, 4, 4, 3] * 2
     expected = sorted((sample.filling_type, sample.filling_level, sample.rows) for sample in samples)
     passes = [sorted(entry for batch in half for entry in contents(batch)) for half in (batches[:6], batches[6:])]
     assert passes == [expected, expected]
@@ -61,39 +58,19 @@ def test_type_pass_sees_crops_and_only_when_drawn():
         assert rows >= 0.2 * whole
 
 
-def test_part_holds_the_features_and_zeros():
-    samples = sorted(made_samples(3), key=lambda sample: sample.rows)
+def test_batch_holds_the_features_and_zeros():
+    samples = made_samples(3)
     crops = [(1, 3), (0, 3), (2, samples[2].rows)]
-    [part] = padded(samples, crops)
+    batch = padded("type", samples, crops)
     longest = max(end - start for start, end in crops)
-    assert part.features.shape == (3, 2, longest, WIDTH)
-    lengths = part.mask.sum(dim=1).tolist()
-    assert lengths == sorted(end - start for start, end in crops)
+    assert batch.features.shape == (3, 2, longest, WIDTH)
     for index, (sample, (start, end)) in enumerate(zip(samples, crops, strict=True)):
-        if index == 0:
-            np.testing.assert_array_equal(part.features[index, :, : end - start], sample.features[:, start:end])
-        assert part.mask[index].tolist() == [row < lengths[index] for row in range(longest)]
-        assert not part.features[index, :, lengths[index] :].any()
-
-
-@pytest.mark.parametrize(("rows", "length"), [(63, 63), (64, 71), (71, 71), (72, 79), (431, 431)])
-def test_a_long_part_and_the_cls_embedding_are_a_multiple_of_eight(rows, length):
-    sample = FillingSample("000001", 1, made_features(rows), 0, 0)
-    [part] = padded([sample], [(0, rows)])
-    assert part.features.shape[2] == part.mask.shape[1] == length
-    assert part.mask.sum() == rows
-    assert not part.features[:, :, rows:].any()
-
-
-def test_parts_are_of_like_lengths():
-    rng = np.random.default_rng(0)
-    rows = [*rng.integers(1, 1000, 60).tolist(), 1, 1000]
-    samples = [FillingSample(str(index), 1, made_features(count), 0, 0) for index, count in enumerate(rows)]
-    parts = padded(samples, [(0, count) for count in rows])
-    lengths = [part.mask.sum(dim=1).tolist() for part in parts]
-    assert sorted(length for part in lengths for length in part) == sorted(rows)
-    assert all(max(part) <= 2 * min(part) + 8 for part in lengths)
-    assert all(min(later) > 2 * min(earlier) + 8 for earlier, later in pairwise(lengths))
+        rows = end - start
+        np.testing.assert_array_equal(batch.features[index, :, :rows], sample.features[:, start:end])
+        assert batch.mask[index].tolist() == [row < rows for row in range(longest)]
+        assert not batch.features[index, :, rows:].any()
+    assert batch.types.tolist() == [sample.filling_type for sample in samples]
+    assert batch.levels.tolist() == [sample.filling_level for sample in samples]
 
 
 def test_same_generator_draws_the_same_batches():
