@@ -25,11 +25,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import ArrayLike, NDArray
 
-from corsmal.detection import ViewDetections
-from corsmal.detection.parquet import read_parquet, write_parquet
 from corsmal.digests import digest, file_fingerprint
 from corsmal.errors import ArgumentError, CorsmalError, FileError
 from corsmal.files import writing
@@ -43,9 +40,9 @@ CHECKSUM_BYTES = 32
 BEGUN_MAX_S = 3600.0
 BROKEN = (
     CorsmalError, OSError, ValueError, TypeError, LookupError, AttributeError, EOFError, ArithmeticError, MemoryError,
-    RuntimeError, SyntaxError, tokenize.TokenError, struct.error, zlib.error, zipfile.BadZipFile, pa.ArrowException,
+    RuntimeError, SyntaxError, tokenize.TokenError, struct.error, zlib.error, zipfile.BadZipFile,
 )  # fmt: skip
-"""What the readers of JSON, NumPy and Parquet raise on a file whose bytes were changed."""
+"""What readers raise on a file whose bytes were changed."""
 
 
 class Store:
@@ -125,18 +122,43 @@ class Store:
         old = [path for path in begun if time.time() - path.stat().st_mtime > BEGUN_MAX_S]
         return sorted([*self.root.glob("*/*/*.broken"), *old])
 
-    def detections(self, key: str) -> ViewDetections | None:
-        """One view's detections, or None where they are not stored."""
-        return self._read(self.file("detections", key, ".parquet"), read_parquet)
+    def read(self, path: Path, reader: Callable[[Path], Result]) -> Result | None:
+        """What a reader makes of a result's file, or None where there is none.
 
-    def save_detections(self, key: str, view_detections: ViewDetections) -> bool:
-        """Keep one view's detections; false, and a sentence in ``problems``, where they cannot be written."""
-        path = self.file("detections", key, ".parquet")
-        return self._write(path, lambda part: write_parquet(view_detections, part))
+        A file that it cannot read is set aside, with a sentence in ``problems``.
+
+        Args:
+            path: from ``file``.
+            reader: raises a ``CorsmalError``, or what Python's and NumPy's own readers raise, on a broken file.
+        """
+        try:
+            return reader(path)
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        except BROKEN as error:
+            self._note(f"{path}: was unreadable ({type(error).__name__}), set aside and computed again")
+            with contextlib.suppress(OSError):
+                os.replace(path, path.with_name(f"{path.name}.broken"))
+            return None
+
+    def write(self, path: Path, writer: Callable[[Path], object]) -> bool:
+        """Keep a result; false, and a sentence in ``problems``, where it cannot be written.
+
+        Args:
+            path: from ``file``.
+            writer: writes the file that it is given, which is then renamed; it raises an ``OSError`` where it cannot.
+        """
+        try:
+            with self.writing(path) as part:
+                writer(part)
+        except FileError as error:
+            self._note(str(error))
+            return False
+        return True
 
     def arrays(self, kind: str, key: str) -> dict[str, NDArray[Any]] | None:
         """Named arrays, or None where they are not stored."""
-        return self._read(self.file(kind, key, ".npz"), _read_arrays)
+        return self.read(self.file(kind, key, ".npz"), _read_arrays)
 
     def save_arrays(self, kind: str, key: str, /, **arrays: ArrayLike) -> bool:
         """Keep named arrays; false, and a sentence in ``problems``, where they cannot be written.
@@ -148,11 +170,11 @@ class Store:
         for name, array in checked.items():
             if array.dtype.hasobject:
                 raise ArgumentError(f"{name} must be an array of numbers, bools or text, got {array.dtype}")
-        return self._write(self.file(kind, key, ".npz"), lambda part: _write_arrays(part, checked))
+        return self.write(self.file(kind, key, ".npz"), lambda part: _write_arrays(part, checked))
 
     def json(self, kind: str, key: str) -> dict[str, Any] | None:
         """A JSON object, or None where it is not stored."""
-        return self._read(self.file(kind, key, ".json"), _read_json)
+        return self.read(self.file(kind, key, ".json"), _read_json)
 
     def save_json(self, kind: str, key: str, value: Mapping[str, Any]) -> bool:
         """Keep a JSON object; false, and a sentence in ``problems``, where it cannot be written.
@@ -165,7 +187,7 @@ class Store:
         except (TypeError, ValueError) as error:
             raise ArgumentError(f"value must be what JSON can hold: {error}") from error
         content = text.encode()
-        return self._write(
+        return self.write(
             self.file(kind, key, ".json"), lambda part: part.write_bytes(content + b"\n" + _checksum(content))
         )
 
@@ -173,26 +195,6 @@ class Store:
         """The keys of one kind of JSON objects, in no particular order of time."""
         files = sorted((self.root / kind).glob("*/*.json"))
         return tuple(path.stem for path in files if re.fullmatch(KEY, path.stem))
-
-    def _read(self, path: Path, reader: Callable[[Path], Result]) -> Result | None:
-        try:
-            return reader(path)
-        except (FileNotFoundError, NotADirectoryError):
-            return None
-        except BROKEN as error:
-            self._note(f"{path}: was unreadable ({type(error).__name__}), set aside and computed again")
-            with contextlib.suppress(OSError):
-                os.replace(path, path.with_name(f"{path.name}.broken"))
-            return None
-
-    def _write(self, path: Path, writer: Callable[[Path], object]) -> bool:
-        try:
-            with self.writing(path) as part:
-                writer(part)
-        except FileError as error:
-            self._note(str(error))
-            return False
-        return True
 
     def _note(self, sentence: str) -> None:
         with self._lock:
@@ -210,8 +212,7 @@ def _checksum(content: bytes) -> bytes:
 def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     content = path.read_bytes()
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        # files of earlier versions have no checksum
-        if archive.comment and _checksum(content[:-CHECKSUM_BYTES]) != content[-CHECKSUM_BYTES:]:
+        if not archive.comment or _checksum(content[:-CHECKSUM_BYTES]) != content[-CHECKSUM_BYTES:]:
             raise FileError(path, "holds other bytes than were written")
     with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
         return {name: arrays[name] for name in arrays.files}
@@ -230,9 +231,8 @@ def _write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    # the checksum stands in a line of its own, which files of earlier versions lack
-    content, newline, checksum = path.read_bytes().partition(b"\n")
-    if newline and checksum != _checksum(content):
+    content, _, checksum = path.read_bytes().partition(b"\n")
+    if checksum != _checksum(content):
         raise FileError(path, "holds other bytes than were written")
     value = json.loads(content)
     if not isinstance(value, dict):

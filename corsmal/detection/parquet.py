@@ -50,19 +50,24 @@ def read_parquet(path: Path) -> ViewDetections:
     """Read what ``write_parquet`` wrote.
 
     Raises:
-        FileError: the file was not written by it.
-        OSError, ValueError, KeyError, TypeError, pyarrow.ArrowException: the file is broken.
+        FileError: the file was not written by it, or is broken.
+        OSError, ValueError, KeyError, TypeError: it is broken.
         ArgumentError: the detections in it cannot be.
     """
+    try:
+        return _read(path)
+    except pa.ArrowException as error:
+        raise FileError(path, f"is broken ({error})") from error
+
+
+def _read(path: Path) -> ViewDetections:
     with pq.ParquetFile(path, page_checksum_verification=True) as file:
         table = file.read()
     metadata = table.schema.metadata or {}
     if METADATA_KEY not in metadata:
-        raise FileError(path, "is no file of detections")
+        raise FileError(path, "is not a file of detections")
     view = json.loads(metadata[METADATA_KEY])
-    # Parquet's own checksums leave out the metadata; files of earlier versions have no digest
-    written = view.pop("digest", None)
-    if written is not None and written != _digest(view, table):
+    if view.pop("digest") != _digest(view, table):  # Parquet's own checksums leave out the metadata
         raise FileError(path, "holds other detections than were written")
     size = (view["size"][0], view["size"][1])
     boxes = np.column_stack([table[name].to_numpy() for name in BOX_COLUMNS])

@@ -3,10 +3,13 @@
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from corsmal.dataset import Recording, View
 from corsmal.detection import Detections, Detector, ViewDetections, detect_view
+from corsmal.detection.parquet import read_parquet, write_parquet
 from corsmal.errors import ArgumentError, FileError
 from corsmal.estimation import read_view_detections
 from corsmal.parameters import METHOD_VIEWS, PAIRS
@@ -29,7 +32,7 @@ class DetectionSet:
 
     Args:
         views: by view.
-        key: digest of what they are: two sets with the same key are the same.
+        key: ``detections_origin`` before they were read: two sets with the same key are the same.
         notes: one sentence for each view whose file could not be used, and for what was skipped in one.
     """
 
@@ -45,23 +48,21 @@ class DetectionSet:
 
 def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
     """The detections of a recording: the file beside the video, else what the store holds of the last detector run."""
+    origin = detections_origin(recording, store=store)
     views: dict[str, ViewDetections] = {}
-    origins: list[object] = []
     notes: list[str] = []
     for name, view in recording.views.items():
         try:
             found = read_view_detections(view)
-            origin = "" if view.detections_path is None else file_fingerprint(view.detections_path)
         except FileError as error:
             notes.append(str(error))
             found = None
-        if found is None:
-            origin, found = _stored(view, store)
+        if found is None and (kept := _latest(view, store)) is not None:
+            found = _read_kept(kept, store)
         if found is not None:
             views[name] = found
-            origins += [name, origin, found.frames]
             notes += [f"{view.detections_path or name}: {problem}" for problem in found.problems]
-    return DetectionSet(views, digest("detections", *origins), tuple(notes))
+    return DetectionSet(views, origin, tuple(notes))
 
 
 def detections_origin(recording: Recording, *, store: Store) -> str:
@@ -71,7 +72,7 @@ def detections_origin(recording: Recording, *, store: Store) -> str:
         paths = [view.video_path] if view.detections_path is None else [view.video_path, view.detections_path]
         kept = _latest(view, store)
         if kept is not None:
-            paths.append(store.file("detections", kept, ".parquet"))
+            paths.append(_kept_file(kept, store))
         origins += [name, kept, [file_fingerprint(path) if path.is_file() else None for path in paths]]
     return digest("origin of detections", *origins)
 
@@ -184,7 +185,7 @@ class _ViewWork:
     def __init__(self, view: View, detector: Detector, store: Store) -> None:
         self._view, self._detector, self._store = view, detector, store
         self._key = digest("detections", file_fingerprint(view.video_path), detector.digest)
-        self._found = store.detections(self._key)
+        self._found = _read_kept(self._key, store)
         with view.video() as video:
             self.frame_count = video.frame_count
 
@@ -222,17 +223,20 @@ class _ViewWork:
             cancelled=lambda: stop() or (bool(batches) and time.monotonic() > end_s),
         )
         # read again: another process may have kept frames of the same view in the meantime
-        earlier: Mapping[int, Detections] = self._store.detections(self._key) or self._found or {}
+        earlier: Mapping[int, Detections] = _read_kept(self._key, self._store) or self._found or {}
         problems = tuple(problem for problem in found.problems if "cannot be read" in problem)
         self._found = ViewDetections({**earlier, **found}, size=found.size, source=found.source, problems=problems)
-        if not self._store.save_detections(self._key, self._found):
+        if not self._store.write(_kept_file(self._key, self._store), partial(write_parquet, self._found)):
             raise FileError(self._store.root, f"the detections could not be kept: {self._store.problems[-1]}")
         return found
 
 
-def _stored(view: View, store: Store) -> tuple[str, ViewDetections | None]:
-    key = _latest(view, store)
-    return ("", None) if key is None else (key, store.detections(key))
+def _kept_file(key: str, store: Store) -> Path:
+    return store.file("detections", key, ".parquet")
+
+
+def _read_kept(key: str, store: Store) -> ViewDetections | None:
+    return store.read(_kept_file(key, store), read_parquet)
 
 
 def _latest(view: View, store: Store) -> str | None:

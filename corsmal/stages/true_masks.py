@@ -1,7 +1,5 @@
 """The true masks of synthetic recordings, as if a perfect detector had found them."""
 
-import pyarrow as pa
-
 from corsmal.dataset import Recording
 from corsmal.dataset.truth import MaskKind, true_mask_path
 from corsmal.detection import ViewDetections
@@ -37,5 +35,5 @@ def true_masks(recording: Recording, view: str, *, kind: MaskKind = "visible") -
         return read_parquet(path)
     except FileNotFoundError as error:
         raise NotFoundError(f"{path}: the true masks are missing; make the recording again") from error
-    except (CorsmalError, OSError, ValueError, LookupError, TypeError, pa.ArrowException) as error:
+    except (CorsmalError, OSError, ValueError, LookupError, TypeError) as error:
         raise FileError(path, "is broken; delete it and make the recording again") from error

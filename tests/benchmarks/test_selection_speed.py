@@ -1,6 +1,7 @@
 """Detections read and scored. Compare the rows of one run."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -8,6 +9,7 @@ import pycocotools.mask as coco_mask
 import pytest
 
 from corsmal.detection import Detections, ViewDetections, read_coco_results, write_coco_results
+from corsmal.detection.parquet import read_parquet, write_parquet
 from corsmal.digests import digest
 from corsmal.parameters import PAIRS
 from corsmal.selection import score_frames, select_best_frame
@@ -65,29 +67,32 @@ def test_bare_parsing_of_the_json_of_3000(benchmark, many_path):
     assert benchmark(lambda: json.loads(many_path.read_bytes()))
 
 
+def kept(many, store):
+    path = store.file("detections", digest("many"), ".parquet")
+    assert store.write(path, partial(write_parquet, many))
+    return path
+
+
 @reading_kept
 def test_read_3000_kept_detections(benchmark, many, store):
-    key = digest("many")
-    assert store.save_detections(key, many)
-    assert len(benchmark(store.detections, key)) == FRAMES
+    path = kept(many, store)
+    assert len(benchmark(store.read, path, read_parquet)) == FRAMES
 
 
 @reading_kept
 def test_bare_reading_of_the_table_by_pyarrow(benchmark, many, store):
-    store.save_detections(digest("many"), many)
-    path = store.file("detections", digest("many"), ".parquet")
+    path = kept(many, store)
     assert len(benchmark(lambda: pq.read_table(path).to_pydict()["score"])) == FRAMES * PER_FRAME
 
 
 @keeping
 def test_keep_3000_detections(benchmark, many, store):
-    assert benchmark(store.save_detections, digest("many"), many)
+    assert benchmark(kept, many, store)
 
 
 @keeping
 def test_bare_writing_of_the_table_by_pyarrow(benchmark, many, store, tmp_path):
-    store.save_detections(digest("many"), many)
-    table = pq.read_table(store.file("detections", digest("many"), ".parquet"))
+    table = pq.read_table(kept(many, store))
     benchmark(lambda: pq.write_table(table, tmp_path / "part", compression="zstd"))
 
 

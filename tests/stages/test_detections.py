@@ -9,7 +9,7 @@ from corsmal.errors import ArgumentError, FileError
 from corsmal.parameters import METHOD_VIEWS, PAIRS
 from corsmal.selection import select_best_frame
 from corsmal.stages import detections as detecting
-from corsmal.stages.detections import detect_recording, load_detections
+from corsmal.stages.detections import detect_recording, detections_origin, load_detections
 from corsmal.store import Store
 from tests.fakes import FakeDetector
 from tests.tiny import CUP, FRAMES, write_tiny_dataset, write_video
@@ -66,6 +66,7 @@ def test_a_detectors_results_are_kept_and_loaded(without_files, store):
     assert found.views["view2"].source == detector.name
     assert found.views["view2"][5].boxes.tolist() == [[300, 150, 340, 200]]
     assert load_detections(without_files, store=Store(store.root)).key == found.key
+    assert detections_origin(without_files, store=store) == found.key
 
 
 def test_a_file_is_preferred_to_what_a_detector_found(with_files, store):
