@@ -124,6 +124,19 @@ def test_every_name_of_a_package_can_be_got(trees):
         assert is_name or importlib.util.find_spec(f"{package}.{name}"), f"{package}.{name}"
 
 
+def test_nothing_else_imports_the_inside_of_the_synthetic_world(trees):
+    public = {f"corsmal.synthetic.{name}" for name in importlib.import_module("corsmal.synthetic").__all__}
+    imported = {
+        (name_of(path), name)
+        for path, tree in trees.items()
+        if room_of(path) != "synthetic"
+        for name in imports_of(tree)
+        if name.startswith("corsmal.synthetic")
+    }
+    assert len(imported) > 5
+    assert {(path, name) for path, name in imported if name not in public} == set()
+
+
 def test_only_what_is_shown_imports_streamlit(trees):
     rooms = {
         room_of(path)

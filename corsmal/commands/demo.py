@@ -14,10 +14,18 @@ def demo(
     *,
     containers: Annotated[
         list[int] | None,
-        typer.Option("--container", help="Number of a container, 1 to 15; repeat for several; default: all.", min=1),
+        typer.Option(
+            "--container",
+            help="Number of a container, 1 to 15; repeat for several; default: all, or 1 to 9 with --training.",
+            min=1,
+        ),
     ] = None,
     recordings: Annotated[int, typer.Option(help="Number of recordings of each container.", min=1)] = 2,
     width: Annotated[int, typer.Option(help="Width of the videos in pixels, a multiple of 32.", min=32)] = 640,
+    training: Annotated[
+        bool, typer.Option("--training", help="Write training data: more varied scenes, none of them the demo's.")
+    ] = False,
+    frame_step: Annotated[int, typer.Option(help="Keep only every n-th frame of the videos.", min=1)] = 1,
     seed: Annotated[int, typer.Option(help="Random seed for the scenes.", min=0)] = 0,
     workers: Workers = None,
 ) -> None:
@@ -25,8 +33,7 @@ def demo(
 
     An interrupted run resumes.
     """
-    from corsmal.synthetic.scene.containers import CONTAINER_IDS
-    from corsmal.synthetic.writing.dataset import write_demo
+    from corsmal.synthetic import write_demo
 
     if width % 32:
         raise typer.BadParameter(f"must be a multiple of 32, got {width}", param_hint="--width")
@@ -35,7 +42,9 @@ def demo(
             folder,
             seed=seed,
             recordings_per_container=recordings,
-            containers=containers or CONTAINER_IDS,
+            containers=containers,
+            training=training,
+            frame_step=frame_step,
             size=(width, width * 9 // 16),
             progress=lambda state: progress(state.done, state.total),
             workers=workers,

@@ -73,8 +73,7 @@ def train(
     init: Annotated[Path | None, typer.Option(help="Weights to start from; default: random ones.")] = None,
 ) -> None:
     """Train the demo's detector on rendered frames."""
-    from corsmal.synthetic.training.detector import train_detector
-    from corsmal.synthetic.training.frames import DetectorTraining
+    from corsmal.synthetic import DetectorTraining, train_detector
 
     warm_up = min(200, max(1, steps // 20))
     training = DetectorTraining(steps=steps, batch=batch, rate=rate, whole=whole, seed=seed, warm_up=warm_up)
@@ -87,7 +86,7 @@ def evaluate(
     frames: Annotated[int, typer.Option(help="Number of rendered frames.", min=1)] = 200,
 ) -> None:
     """Evaluate the demo's detector on rendered frames that are in neither the demo nor the training."""
-    from corsmal.synthetic.training.detector_report import detector_report, detector_table
+    from corsmal.synthetic import detector_report, detector_table
 
     with progress_bar("frames") as progress:
         report = detector_report(demo_detector(weights), frames=frames, progress=progress)

@@ -1,6 +1,6 @@
 """The same work on many recordings, one after the other or elsewhere: what the engines have in common."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
@@ -45,7 +45,7 @@ def attempt(task: Callable[[Item], Row], index: int, recording: Item) -> Outcome
         return Outcome(index, problem=f"stopped unexpectedly: {error!r}")
 
 
-def in_turn(task: Callable[[Item], Row], recordings: Sequence[Item]) -> Iterator[Outcome]:
+def in_turn(task: Callable[[Item], Row], recordings: Sequence[Item]) -> Generator[Outcome]:
     """The engine of this process alone."""
     return (attempt(task, index, recording) for index, recording in enumerate(recordings))
 

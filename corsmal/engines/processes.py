@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import Pipe
@@ -117,10 +117,12 @@ class Processes:
                     if index != _AHEAD:
                         yield outcome
         finally:
-            for worker in workers:
-                worker.stop(is_busy=worker in doing)
-            for worker in workers:
-                worker.join()
+            _end(workers, doing)
+
+    def stop(self) -> None:
+        """End the processes that were started ahead and have got no work yet."""
+        _end(self._ahead, self._ahead)
+        self._ahead.clear()
 
     def _worker(self, count: int) -> "_Worker":
         threads = dict.fromkeys(THREADS, str(max(1, cores() // count)))
@@ -189,6 +191,13 @@ class _Worker:
             self._process.wait()
         if self._process.stdin is not None:
             self._process.stdin.close()
+
+
+def _end(workers: Collection[_Worker], busy: Container[_Worker]) -> None:
+    for worker in workers:
+        worker.stop(is_busy=worker in busy)
+    for worker in workers:
+        worker.join()
 
 
 def _answering(busy: Iterable[_Worker], timeout_s: float | None) -> list[_Worker]:

@@ -3,8 +3,8 @@
 import pytest
 
 from corsmal.synthetic.render.frame import _photographed, _room, render_frame
+from corsmal.synthetic.scene.cameras import DEMO_SIZE
 from corsmal.synthetic.scene.scene import training_scene
-from corsmal.synthetic.writing.parts import DEMO_SIZE
 
 pytestmark = pytest.mark.benchmark(group="render", max_time=0.5)
 

@@ -4,8 +4,9 @@ import pytest
 from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.synthetic.render.frame import render_frame
 from corsmal.synthetic.render.tracing import limb_entry, profile_crossings
+from corsmal.synthetic.scene.cameras import VIEWS
 from corsmal.synthetic.scene.containers import CONTAINER_IDS, demo_container
-from corsmal.synthetic.scene.scene import VIEWS, make_scene
+from corsmal.synthetic.scene.scene import make_scene
 from tests.tiny import silhouette
 
 SIZE = (320, 180)

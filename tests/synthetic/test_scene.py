@@ -1,11 +1,13 @@
+from collections import Counter
+
 import numpy as np
 import pytest
 
 from corsmal.errors import ArgumentError, NotFoundError
-from corsmal.synthetic.scene.containers import CONTAINER_IDS, demo_container
+from corsmal.synthetic.scene.containers import ANNOTATED_IDS, CONTAINER_IDS, demo_container
 from corsmal.synthetic.scene.looks import DEMO_LOOKS
 from corsmal.synthetic.scene.scene import make_scene, sound_events, training_scene
-from corsmal.synthetic.writing.plan import annotation_of, demo_plan
+from corsmal.synthetic.writing.plan import PlannedRecording, plan_recordings
 
 
 def test_the_same_seed_gives_the_same_scene():
@@ -76,7 +78,7 @@ def test_a_view_that_is_not_there_is_named():
 
 
 def test_the_plan_has_every_container_twice_with_different_feasible_fillings():
-    plan = demo_plan()
+    plan = plan_recordings()
     assert [planned.recording_id for planned in plan[:2]] == ["000000", "000001"]
     for container in CONTAINER_IDS:
         fillings = [planned.filling for planned in plan if planned.container_id == container]
@@ -87,15 +89,31 @@ def test_the_plan_has_every_container_twice_with_different_feasible_fillings():
     assert len({planned.filling for planned in plan}) == 7
 
 
+def test_recordings_to_train_on_hold_every_filling_equally_often_and_none_is_the_demos():
+    plan = plan_recordings(recordings_per_container=35, training=True)
+    counts = Counter((planned.container_id, planned.filling) for planned in plan)
+    assert {container for container, _ in counts} == set(ANNOTATED_IDS)
+    assert {(demo_container(container).is_round, count) for (container, _), count in counts.items()} == {
+        (True, 5),
+        (False, 7),
+    }
+    [scene, *_] = [planned.scene() for planned in plan[:2]]
+    assert (scene.container.container_id, (scene.filling_type, scene.filling_level)) == (1, plan[0].filling)
+    assert scene.look not in DEMO_LOOKS
+    assert plan == plan_recordings(recordings_per_container=35, training=True)
+    assert {planned.seed for planned in plan}.isdisjoint(
+        planned.seed for planned in plan_recordings(recordings_per_container=35, training=True, seed=1)
+    )
+
+
 @pytest.mark.parametrize("arguments", [{"seed": -1}, {"recordings_per_container": 0}, {"containers": ()}])
 def test_a_plan_that_cannot_be_is_refused(arguments):
     with pytest.raises(ArgumentError, match="seed must not be negative"):
-        demo_plan(**arguments)
+        plan_recordings(**arguments)
 
 
 def test_masses_in_the_annotation_add_up():
-    scene = make_scene(1, container=1, filling=(2, 2))
-    row = annotation_of([("000007", scene)])["annotations"][0]
+    row = PlannedRecording("000007", 1, 1, (2, 2)).annotation()
     assert row["id"] == 7
     assert row["filling mass"] == round(520 * 0.9 * 0.82)
     assert row["object mass"] == row["container mass"] + row["filling mass"]

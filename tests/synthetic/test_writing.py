@@ -8,13 +8,12 @@ import pytest
 from corsmal.dataset import open_dataset
 from corsmal.dataset.calibration import read_camera
 from corsmal.dataset.truth import read_truth
-from corsmal.errors import ArgumentError, FileError
+from corsmal.errors import ArgumentError, CorsmalError, FileError
 from corsmal.stages import true_masks
-from corsmal.synthetic.writing import files
-from corsmal.synthetic.writing import worker as workers
+from corsmal.synthetic.writing import recording as recording_files
 from corsmal.synthetic.writing.dataset import write_demo
-from corsmal.synthetic.writing.plan import demo_plan
-from corsmal.synthetic.writing.worker import Task, Worker, run_tasks, start_ahead
+from corsmal.synthetic.writing.pieces import start_processes
+from corsmal.synthetic.writing.plan import plan_recordings
 
 SMALL = {"containers": (9, 2), "recordings_per_container": 1, "size": (64, 36), "workers": 0}
 
@@ -56,7 +55,7 @@ def test_the_library_reads_it_like_any_other_dataset(demo_root):
 
 
 def test_the_calibration_is_the_scenes(demo_root):
-    scene = demo_plan(containers=(9, 2), recordings_per_container=1)[1].scene()
+    scene = plan_recordings(containers=(9, 2), recordings_per_container=1)[1].scene()
     camera = read_camera(demo_root / "view2" / "calib" / "000001.pickle")
     np.testing.assert_allclose(camera.projection, scene.cameras["view2"].projection)
     assert camera.size == (1280, 720)
@@ -121,9 +120,9 @@ def test_a_full_disk_is_reported_in_one_sentence_and_leaves_nothing_half(tmp_pat
     def full(*_arguments, **_options):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(files.soundfile, "write", full)
+    monkeypatch.setattr(recording_files.soundfile, "write", full)
     with pytest.raises(FileError, match=r"000000\.wav: cannot be written \(No space left on device\); free the disk"):
-        files.write_part(tmp_path, "000000", demo_plan()[0].scene(), "sound", size=(64, 36))
+        recording_files.write_part(tmp_path, "000000", plan_recordings()[0].scene(), "sound", size=(64, 36))
     assert not list((tmp_path / "audio").iterdir())
 
 
@@ -138,40 +137,39 @@ def test_a_demo_of_other_settings_is_refused(demo_root):
         write_demo(demo_root, **SMALL | {"seed": 1})
 
 
-@pytest.mark.parametrize("arguments", [{"workers": -1}, {"size": (63, 36)}, {"size": (8, 4)}])
+@pytest.mark.parametrize("arguments", [{"workers": -1}, {"frame_step": 0}, {"size": (63, 36)}, {"size": (8, 4)}])
 def test_arguments_that_cannot_be_are_refused(arguments, tmp_path):
     with pytest.raises(ArgumentError, match="must"):
         write_demo(tmp_path, **SMALL | arguments)
 
 
-def test_tasks_are_done_by_the_processes_that_were_started_ahead(tmp_path, monkeypatch):
-    started = []
-
-    class Counted(Worker):
-        def __init__(self, number, folder):
-            super().__init__(number, folder)
-            started.append(number)
-
-    monkeypatch.setattr(workers, "Worker", Counted)
-    monkeypatch.setattr(workers, "usual_processes", lambda: 1)
-    start_ahead(tmp_path / "ahead")
-    planned, done = demo_plan(containers=(9, 2), recordings_per_container=1)[1], []
-    task = Task(planned, ("sound",), str(tmp_path / "made"), (64, 36))
-    run_tasks([task], processes=1, note=done.append, cancelled=lambda: False)
-    assert started == [0]
-    assert done == [task]
-    run_tasks([task], processes=1, note=done.append, cancelled=lambda: False)
-    assert started == [0, 0]
+def test_processes_started_ahead_make_the_same(tmp_path, demo_root):
+    processes = start_processes(tmp_path, count=2)
+    told = []
+    assert write_demo(tmp_path, **SMALL, progress=told.append, processes=processes) == ("000000", "000001")
+    assert snapshot(tmp_path) == snapshot(demo_root)
+    fractions = [progress.fraction for progress in told]
+    assert fractions == sorted(fractions)
+    assert (told[-1].done, fractions[0], fractions[-1]) == (2, 0, 1)
 
 
-def test_a_worker_process_makes_the_same_and_reports_what_fails(tmp_path, demo_root):
-    planned = demo_plan(containers=(9, 2), recordings_per_container=1)[1]
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    worker = Worker(0, tmp_path / "kernels")
-    try:
-        worker.run(Task(planned, ("sound",), str(tmp_path / "made"), (64, 36)))
-        with pytest.raises(FileError, match="cannot be written"):
-            worker.run(Task(planned, ("sound",), str(tmp_path / "file"), (64, 36)))
-    finally:
-        worker.close()
-    assert (tmp_path / "made/audio/000001.wav").read_bytes() == (demo_root / "audio/000001.wav").read_bytes()
+def test_a_piece_that_cannot_be_made_ends_the_call(tmp_path):
+    (tmp_path / ".making").mkdir()
+    (tmp_path / ".making" / "view3").write_text("a file where a folder should be", encoding="utf-8")
+    with pytest.raises(CorsmalError, match=r"000000\.pickle: cannot be written .*; free the disk"):
+        write_demo(tmp_path, **SMALL)
+
+
+def test_data_to_train_on_has_fewer_frames_and_all_of_the_sound(tmp_path):
+    write_demo(tmp_path, **SMALL | {"containers": (9,)}, training=True, frame_step=30)
+    [planned] = plan_recordings(containers=(9,), recordings_per_container=1, training=True)
+    scene, recording = planned.scene(), open_dataset(tmp_path)["000000"]
+    frames = len(range(0, scene.frames, 30))
+    with recording.views["view3"].video() as video:
+        assert (len(video), video.fps) == (frames, 1)
+    truth = read_truth(recording)
+    np.testing.assert_allclose(truth.base_m, scene.motion.base_m[::30], atol=1e-6)
+    assert true_masks(recording, "view1").frames == tuple(range(frames))
+    assert recording.audio().duration_s == pytest.approx(scene.duration_s, abs=1e-3)
+    with pytest.raises(FileError, match="made with other settings"):
+        write_demo(tmp_path, **SMALL | {"containers": (9,)}, training=True)

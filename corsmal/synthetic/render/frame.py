@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -26,6 +27,7 @@ from corsmal.synthetic.render.shading import (
 )
 from corsmal.synthetic.render.tracing import profile_crossings
 from corsmal.synthetic.render.vessels import FILLING_COLOURS, Vessel, draw_vessel
+from corsmal.synthetic.scene.cameras import DEMO_SIZE
 from corsmal.synthetic.scene.containers import demo_container
 from corsmal.synthetic.scene.limbs import Limb
 from corsmal.synthetic.scene.looks import Colour
@@ -33,7 +35,6 @@ from corsmal.synthetic.scene.motion import JUG_HEIGHT_M, JUG_RADIUS_M
 from corsmal.synthetic.scene.person import chair_limbs, jug_handle, person_limbs
 from corsmal.synthetic.scene.profiles import Profile
 from corsmal.synthetic.scene.scene import Scene, make_scene
-from corsmal.synthetic.writing.parts import DEMO_SIZE, KERNELS
 
 BLUR_SIGMA_PX, NOISE_SIGMA = 0.62, 1.8
 _MARGIN_PX = 64
@@ -92,17 +93,8 @@ def render_frame(scene: Scene, view: str, frame: int, *, size: tuple[int, int] =
     return FrameTruth(_photographed(image, scene, view, frame), visible, amodal, jug & ~visible)
 
 
-def compile_kernels(first: str) -> None:
-    """Compile the slowest kernels of one kind by drawing something small; what both kinds need is compiled by one.
-
-    Args:
-        first: one of ``KERNELS``.
-
-    Raises:
-        ArgumentError: there is no such kind.
-    """
-    if first not in KERNELS:
-        raise ArgumentError(f"first must be one of {', '.join(KERNELS)}, got {first!r}")
+def compile_kernels(first: Literal["vessels", "limbs"]) -> None:
+    """Compile the slowest kernels of one kind by drawing something small; what both kinds need is compiled by one."""
     scene = make_scene(0, container=1)
     rays = Rays.of(scene.camera("view3", (32, 18)))
     picture = np.zeros((18, 32, 3), np.uint8), np.full((18, 32), np.inf, np.float32)

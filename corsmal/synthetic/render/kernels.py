@@ -6,8 +6,6 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 
-from corsmal.synthetic.writing.parts import CACHE_VARIABLE
-
 Function = TypeVar("Function", bound=Callable[..., Any])
 Vector = tuple[float, float, float]
 Pixel = tuple[int, int]
@@ -21,5 +19,5 @@ def kernel(function: Function) -> Function:
     whether it is out of date, not at those of the kernels that it calls, so that a folder must not outlive a change of
     the sources.
     """
-    is_kept = bool(os.environ.get(CACHE_VARIABLE))
+    is_kept = bool(os.environ.get("NUMBA_CACHE_DIR"))
     return cast(Function, njit(cache=is_kept, error_model="numpy")(function))

@@ -5,6 +5,9 @@ import numpy as np
 from corsmal.geometry import Camera
 
 CALIBRATED_SIZE = (1280, 720)
+DEMO_SIZE = (640, 360)
+"""Width and height of the demo's videos, in pixels."""
+
 VIEWS = ("view1", "view2", "view3")
 
 # centre (m), the point looked at (m)

@@ -7,12 +7,17 @@ from typing import Literal
 
 from corsmal.errors import NotFoundError
 from corsmal.synthetic.scene.profiles import Profile, Walls, cup, double_bowl, solved, stemmed, trumpet, tulip
+from corsmal.synthetic.sound.events import Level
 
 Kind = Literal["cup", "glass", "box"]
 Colour = tuple[int, int, int]
 
 CUP_LABEL, STEMMED_LABEL, BOX_LABEL = 47, 46, 84
 """COCO category numbers: cup, wine glass, book (the one that flat boxes are taken for)."""
+
+ROUND_FILLINGS: tuple[tuple[int, Level], ...] = ((0, 0), (1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
+BOX_FILLINGS = ROUND_FILLINGS[:5]
+"""Pairs of filling type and level that can be."""
 
 ANNOTATED_IDS = tuple(range(1, 10))
 CONTAINER_IDS = tuple(range(1, 16))
@@ -60,6 +65,11 @@ class DemoContainer:
     def is_round(self) -> bool:
         """Whether it is a solid of revolution."""
         return self.outer is not None
+
+    @property
+    def fillings(self) -> tuple[tuple[int, Level], ...]:
+        """Pairs of filling type and level that it can hold."""
+        return ROUND_FILLINGS if self.is_round else BOX_FILLINGS
 
     @property
     def radius_max_mm(self) -> float:

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.geometry import Camera
-from corsmal.synthetic.scene.cameras import VIEWS, draw_cameras
+from corsmal.synthetic.scene.cameras import draw_cameras
 from corsmal.synthetic.scene.containers import CONTAINER_IDS, DemoContainer, demo_container
 from corsmal.synthetic.scene.furniture import Furniture
 from corsmal.synthetic.scene.looks import DEMO_LIGHTS, DEMO_LOOKS, Light, Look, random_light, random_look
@@ -16,10 +17,6 @@ from corsmal.synthetic.scene.timing import FILLING_NAMES, Timing, draw_timing
 from corsmal.synthetic.sound.events import Level, Material, SoundEvents
 
 FPS = 30
-ROUND_FILLINGS: tuple[tuple[int, Level], ...] = ((0, 0), (1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
-BOX_FILLINGS: tuple[tuple[int, Level], ...] = ROUND_FILLINGS[:5]
-"""Pairs of filling type and level that can be."""
-
 _TRAINING_STREAM = 7919
 _DEMO_STREAM = 104_729
 
@@ -105,43 +102,44 @@ def make_scene(
     """
     rng = np.random.default_rng([_DEMO_STREAM, _checked(seed, "seed", 2**63)])
     chosen = demo_container(container)
-    feasible = ROUND_FILLINGS if chosen.is_round else BOX_FILLINGS
-    drawn = [int(rng.integers(high)) for high in (3, 2, 2, len(feasible), len(DEMO_LOOKS))]
-    if filling is not None and filling not in feasible:
-        raise ArgumentError(f"filling must be one of {feasible} for the {chosen.name}, got {filling}")
+    drawn = [int(rng.integers(high)) for high in (3, 2, 2, len(chosen.fillings), len(DEMO_LOOKS))]
+    if filling is not None and filling not in chosen.fillings:
+        raise ArgumentError(f"filling must be one of {chosen.fillings} for the {chosen.name}, got {filling}")
     illumination = drawn[2] if illumination is None else _checked(illumination, "illumination", 2)
     return _scene(
         seed,
         rng,
-        container=chosen,
+        chosen,
+        chosen.fillings[drawn[3]] if filling is None else filling,
         scenario=drawn[0] if scenario is None else _checked(scenario, "scenario", 3),
         background=drawn[1] if background is None else _checked(background, "background", 2),
         illumination=illumination,
-        filling=feasible[drawn[3]] if filling is None else filling,
         look=DEMO_LOOKS[drawn[4] if look is None else _checked(look, "look", len(DEMO_LOOKS))],
         light=DEMO_LIGHTS[illumination],
-        camera_spread=1.0,
     )
 
 
-def training_scene(seed: int, *, containers: Sequence[int] = CONTAINER_IDS) -> Scene:
+def training_scene(
+    seed: int, *, containers: Sequence[int] = CONTAINER_IDS, filling: tuple[int, Level] | None = None
+) -> Scene:
     """A scene for training: everything at random, with looks, lights and cameras that the demo does not have.
 
     Args:
         seed: a whole number, not negative; no seed gives one of the demo's scenes.
         containers: numbers of the containers that may come.
+        filling: type and level, one of the ``fillings`` of every such container; default: drawn.
     """
     rng = np.random.default_rng([_TRAINING_STREAM, _checked(seed, "seed", 2**63)])
     chosen = demo_container(int(rng.choice(np.asarray(containers))))
-    feasible = ROUND_FILLINGS if chosen.is_round else BOX_FILLINGS
+    drawn = [int(rng.integers(high)) for high in (3, 2, 2, len(chosen.fillings))]
     return _scene(
         seed,
         rng,
-        container=chosen,
-        scenario=int(rng.integers(3)),
-        background=int(rng.integers(2)),
-        illumination=int(rng.integers(2)),
-        filling=feasible[int(rng.integers(len(feasible)))],
+        chosen,
+        chosen.fillings[drawn[3]] if filling is None else filling,
+        scenario=drawn[0],
+        background=drawn[1],
+        illumination=drawn[2],
         look=random_look(rng),
         light=random_light(rng),
         camera_spread=1.6,
@@ -179,17 +177,14 @@ def sound_events(scene: Scene) -> SoundEvents:
 def _scene(
     seed: int,
     rng: np.random.Generator,
-    *,
     container: DemoContainer,
-    scenario: int,
-    background: int,
-    illumination: int,
     filling: tuple[int, Level],
-    look: Look,
-    light: Light,
-    camera_spread: float,
+    *,
+    camera_spread: float = 1.0,
+    **chosen: Any,
 ) -> Scene:
-    filling_type, filling_level = filling
+    """Draw what is left of a scene: all but its container, its filling and what is ``chosen``."""
+    scenario, (filling_type, filling_level) = chosen["scenario"], filling
     cameras = draw_cameras(rng, spread=camera_spread)
     table_z_m = float(rng.uniform(-0.03, 0.0))
     timing = draw_timing(container, scenario=scenario, filling_type=filling_type, filling_level=filling_level, rng=rng)
@@ -206,18 +201,14 @@ def _scene(
     return Scene(
         seed=seed,
         container=container,
-        scenario=scenario,
-        background=background,
-        illumination=illumination,
         filling_type=filling_type,
         filling_level=filling_level,
-        look=look,
-        light=light,
         cameras=cameras,
-        furniture=Furniture.at_random(rng, background=background, table_z_m=table_z_m, centre_x_m=CENTRE_X_M),
+        furniture=Furniture.at_random(rng, background=chosen["background"], table_z_m=table_z_m, centre_x_m=CENTRE_X_M),
         timing=timing,
         motion=motion,
         frames=frames,
+        **chosen,
     )
 
 
@@ -225,6 +216,3 @@ def _checked(value: int, name: str, below: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value < below:
         raise ArgumentError(f"{name} must be a whole number from 0 to {below - 1}, got {value!r}")
     return int(value)
-
-
-__all__ = ["VIEWS", "Scene", "make_scene", "sound_events", "training_scene"]

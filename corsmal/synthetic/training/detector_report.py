@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from corsmal.detection import Detections, Detector
 from corsmal.errors import ArgumentError
 from corsmal.synthetic.render.frame import FrameTruth, render_frame
+from corsmal.synthetic.scene.cameras import VIEWS
 from corsmal.synthetic.scene.containers import CONTAINER_IDS, demo_container
-from corsmal.synthetic.scene.scene import VIEWS, make_scene
+from corsmal.synthetic.scene.scene import make_scene
 
 SEEDS_FROM = 1_000_000
 """Of the report's scenes; those of the demo's own recordings and of the training are others."""

@@ -14,7 +14,8 @@ from torch.utils.data import IterableDataset
 
 from corsmal.detection.small import SmallMaskRCNNConfig
 from corsmal.synthetic.render.frame import render_frame
-from corsmal.synthetic.scene.scene import VIEWS, training_scene
+from corsmal.synthetic.scene.cameras import VIEWS
+from corsmal.synthetic.scene.scene import training_scene
 
 Sample = tuple[NDArray[np.uint8], NDArray[np.uint8], int]
 """An image, its pixels' objects (0, ``CONTAINER`` or ``JUG``), and the container's COCO number."""

@@ -1,29 +1,32 @@
-"""Making the demo: a dataset of synthetic recordings on disk, finished by the next call where one was stopped."""
+"""Writing a synthetic dataset: recordings appear whole, and a stopped call is finished by the next one."""
 
 import json
 import os
 import shutil
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from corsmal.errors import ArgumentError, FileError
-from corsmal.synthetic.scene.containers import CONTAINER_IDS
-from corsmal.synthetic.writing.parts import ANNOTATION_FILE, DEMO_SIZE, PARTS, STAGING, part_files, writing
-from corsmal.synthetic.writing.plan import PlannedRecording, annotation_of, demo_plan
-from corsmal.synthetic.writing.worker import Task, run_tasks, usual_processes
+from corsmal.engines.engine import in_turn
+from corsmal.engines.processes import Processes
+from corsmal.errors import ArgumentError, CorsmalError, FileError
+from corsmal.synthetic.scene.cameras import DEMO_SIZE
+from corsmal.synthetic.writing.parts import ANNOTATION_FILE, PARTS, STAGING, part_files, writing
+from corsmal.synthetic.writing.pieces import Piece, WritePiece, start_processes
+from corsmal.synthetic.writing.plan import PlannedRecording, annotation_of, plan_recordings
 
 FORMAT = 1
 """Raised when the same settings give other recordings than before."""
 
 SETTINGS_FILE = Path("truth", "demo.json")
-_FIRST_SPLIT = (("view3",), ("sound",), ("view1",), ("view2",))
+FIRST_SPLIT = (("view3",), ("sound",), ("view1",), ("view2",))
 """Who waits for the first recording waits for all of it: several processes share it."""
 
 
 @dataclass(frozen=True)
 class DemoProgress:
-    """How far the making of a demo has come.
+    """How far the making of a dataset has come.
 
     Args:
         done: recordings that are complete.
@@ -41,62 +44,85 @@ def write_demo(
     *,
     seed: int = 0,
     recordings_per_container: int = 2,
-    containers: Sequence[int] = CONTAINER_IDS,
+    containers: Sequence[int] | None = None,
+    training: bool = False,
     size: tuple[int, int] = DEMO_SIZE,
+    frame_step: int = 1,
     progress: Callable[[DemoProgress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     workers: int | None = None,
+    processes: Processes | None = None,
 ) -> tuple[str, ...]:
-    """Make a demo dataset, or finish one.
+    """Make a synthetic dataset, or finish one.
 
     Recordings appear whole, the first one first; the annotation lists those that are there. What a stopped call left
-    is kept, and a call for a complete demo returns at once.
+    is kept, and a call for a complete dataset returns at once.
 
     Args:
         root: its folder, made when it is not there.
         seed: the same seed gives the same recordings.
         recordings_per_container: at least 1.
-        containers: numbers of the containers, 1 to 15.
+        containers: numbers of the containers, 1 to 15; default: all, for training the nine of the real training set.
+        training: make recordings to train networks on: looks, lights and cameras of a wider range, none the demo's.
         size: (width, height) of the videos in pixels, in the proportions 16 to 9.
+        frame_step: keep every so many frames of the videos, which then have fewer per second; the sound stays whole.
         progress: called in this thread after each piece of work.
-        cancelled: asked often; when it says true, the call stops and returns.
+        cancelled: called often; when it returns true, unfinished work is dropped and the call returns.
         workers: processes; None for one per core, at most four; 0 makes everything in this process.
+        processes: from ``start_processes``, which do the work instead.
 
     Returns:
         Ids of the recordings that are complete.
 
     Raises:
         ArgumentError: a number is out of its range.
-        FileError: a file cannot be written, or the folder holds something else.
+        NotFoundError: there is no such container.
+        CorsmalError: a file cannot be written, the folder holds something else, or processes cannot be started.
     """
     root = Path(root)
-    if workers is not None and workers < 0:
-        raise ArgumentError(f"workers must not be negative, got {workers}")
+    if (workers or 0) < 0 or frame_step < 1:
+        raise ArgumentError(f"workers must be at least 0 and frame_step at least 1, got {workers} and {frame_step}")
     if min(size) < 16 or size[0] % 2 or size[1] % 2:
         raise ArgumentError(f"size must be two even numbers of at least 16 pixels, got {size}")
-    plan = demo_plan(seed=seed, recordings_per_container=recordings_per_container, containers=containers)
+    plan = plan_recordings(
+        seed=seed, recordings_per_container=recordings_per_container, containers=containers, training=training
+    )
     settings = {
         "format": FORMAT,
         "seed": seed,
         "recordings_per_container": recordings_per_container,
-        "containers": list(containers),
+        "containers": [planned.container_id for planned in plan[: len(plan) // recordings_per_container]],
         "size": list(size),
     }
+    # a complete dataset of an earlier version, which knew nothing of these, stays what it is
+    settings |= {"training": training} if training else {}
+    settings |= {"frame_step": frame_step} if frame_step > 1 else {}
     _claim(root, settings)
-    making = _Making(root, plan, size, progress or (lambda _progress: None))
-    making.finish_recordings()
-    count = usual_processes() if workers is None else workers
-    run_tasks(making.tasks, processes=count, note=making.note, cancelled=cancelled or (lambda: False))
+    making = _Making(root, plan, frame_step, progress or (lambda _progress: None))
+    task, is_stopped = WritePiece(root / STAGING, size, frame_step), cancelled or (lambda: False)
+    if processes is None and workers != 0 and making.pieces:
+        processes = start_processes(root, count=workers)
+    if processes is None:
+        outcomes = in_turn(task, making.pieces)
+    else:
+        outcomes = processes(task, making.pieces, awaited=making.awaited, cancelled=is_stopped)
+    with closing(outcomes):
+        for outcome in outcomes:
+            if outcome.problem:
+                raise CorsmalError(outcome.problem)
+            making.note(making.pieces[outcome.index])
+            if is_stopped():
+                break
     return making.complete
 
 
 class _Making:
-    """One call's work: the tasks that are left, and how far they are.
+    """One call's work: the pieces that are left, and how far they are.
 
     Args:
-        root: the demo's folder.
+        root: the dataset's folder.
         plan: its recordings.
-        size: of the videos.
+        frame_step: of the videos.
         progress: whom to tell.
     """
 
@@ -104,77 +130,71 @@ class _Making:
         self,
         root: Path,
         plan: Sequence[PlannedRecording],
-        size: tuple[int, int],
+        frame_step: int,
         progress: Callable[[DemoProgress], None],
     ) -> None:
-        self._root, self._plan, self._progress = root, plan, progress
-        self._staging = root / STAGING
-        self._complete: dict[str, PlannedRecording] = {}
-        self.tasks = [
-            Task(planned, absent, str(self._staging), size, is_awaited=index == 0)
+        self._root, self._frame_step, self._progress = root, frame_step, progress
+        self._staging, self._total = root / STAGING, len(plan)
+        self._complete: dict[str, dict[str, float]] = {}
+        self.pieces = [
+            Piece(planned, absent)
             for index, planned in enumerate(plan)
-            for parts in (_FIRST_SPLIT if index == 0 else (PARTS,))
+            for parts in (FIRST_SPLIT if index == 0 else (PARTS,))
             if (absent := self._absent(planned, parts))
         ]
-        self._parts_left = sum(len(task.parts) for task in self.tasks)
+        self.awaited = sum(piece.planned is plan[0] for piece in self.pieces)
+        self._parts_left = sum(len(piece.parts) for piece in self.pieces)
+        self._finish(plan)
 
     @property
     def complete(self) -> tuple[str, ...]:
         """Ids of the complete recordings, in order."""
         return tuple(sorted(self._complete))
 
-    def finish_recordings(self) -> None:
-        """Put what is whole where it belongs, and tell how far the work is."""
-        is_new = False
-        for planned in self._plan:
-            name = planned.recording_id
-            if name not in self._complete and not self._absent(planned, PARTS):
-                for part in PARTS:
-                    self._publish(name, part)
-                self._complete[name] = planned
-                is_new = True
-        if is_new:
-            rows = [(name, self._complete[name].scene()) for name in self.complete]
-            with writing(self._root / ANNOTATION_FILE) as path:
-                path.write_text(json.dumps(annotation_of(rows)), encoding="utf-8")
-        if len(self._complete) == len(self._plan):
-            shutil.rmtree(self._staging, ignore_errors=True)
-        fraction = 1 - self._parts_left / (len(PARTS) * len(self._plan))
-        self._progress(DemoProgress(len(self._complete), len(self._plan), fraction))
+    def note(self, piece: Piece) -> None:
+        """A piece was made."""
+        self._parts_left -= len(piece.parts)
+        self._finish([piece.planned])
 
-    def note(self, task: Task) -> None:
-        """A task was done."""
-        self._parts_left -= len(task.parts)
-        self.finish_recordings()
+    def _finish(self, candidates: Sequence[PlannedRecording]) -> None:
+        """Put the recordings that are whole where they belong, and tell how far the work is."""
+        finished = [planned for planned in candidates if not self._absent(planned, PARTS)]
+        for planned in finished:
+            for file in (file for part in PARTS for file in part_files(planned.recording_id, part)):
+                self._publish(file)
+            self._complete[planned.recording_id] = planned.annotation(frame_step=self._frame_step)
+        if finished:
+            with writing(self._root / ANNOTATION_FILE) as path:
+                rows = [self._complete[name] for name in self.complete]
+                path.write_text(json.dumps(annotation_of(rows)), encoding="utf-8")
+        if len(self._complete) == self._total:
+            shutil.rmtree(self._staging, ignore_errors=True)
+        fraction = 1 - self._parts_left / (len(PARTS) * self._total)
+        self._progress(DemoProgress(len(self._complete), self._total, fraction))
 
     def _absent(self, planned: PlannedRecording, parts: Sequence[str]) -> tuple[str, ...]:
         """The parts that are neither in place nor waiting to be put there."""
-        name = planned.recording_id
+        name, folders = planned.recording_id, (self._root, self._staging)
         return tuple(
             part
             for part in parts
-            if any(
-                not (self._root / file).is_file() and not (self._staging / file).is_file()
-                for file in part_files(name, part)
-            )
+            if not all(any((folder / file).is_file() for folder in folders) for file in part_files(name, part))
         )
 
-    def _publish(self, name: str, part: str) -> None:
-        for file in part_files(name, part):
-            staged, path = self._staging / file, self._root / file
-            try:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                if staged.is_file():
-                    os.replace(staged, path)
-            except FileNotFoundError:
-                # another process that makes the same demo was faster
-                continue
-            except OSError as error:
-                raise FileError(path, f"cannot be written ({error.strerror}); choose another folder") from error
+    def _publish(self, file: Path) -> None:
+        path = self._root / file
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if (self._staging / file).is_file():
+                os.replace(self._staging / file, path)
+        except FileNotFoundError:
+            pass  # another process that makes the same dataset was faster
+        except OSError as error:
+            raise FileError(path, f"cannot be written ({error.strerror}); choose another folder") from error
 
 
 def _claim(root: Path, settings: dict[str, object]) -> None:
-    """Note the settings in a new folder, or make sure that the folder holds this demo and nothing else."""
+    """Note the settings in a new folder, or make sure that the folder holds this dataset and nothing else."""
     path = root / SETTINGS_FILE
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
@@ -182,11 +202,10 @@ def _claim(root: Path, settings: dict[str, object]) -> None:
         found = None
     except (OSError, ValueError) as error:
         raise FileError(path, "cannot be read; delete the demo's folder and start again") from error
-    if found is not None and found != settings:
-        raise FileError(root, "holds a demo made with other settings; delete it or choose another folder")
-    if found is not None:
-        return
-    if any((root / name).exists() for name in ("view1", "view2", "view3", "audio")):
+    if found is None and any((root / name).exists() for name in ("view1", "view2", "view3", "audio")):
         raise FileError(root, "holds recordings that are not the demo's; choose another folder for the demo")
-    with writing(path) as part:
-        part.write_text(json.dumps(settings), encoding="utf-8")
+    if found is None:
+        with writing(path) as part:
+            part.write_text(json.dumps(settings), encoding="utf-8")
+    elif found != settings:
+        raise FileError(root, "holds a demo made with other settings; delete it or choose another folder")

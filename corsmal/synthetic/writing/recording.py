@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,9 @@ _INFRARED_SHIFTS_M = {"ir1": 0.015, "ir2": -0.035}
 _MARKS_M = ((0.45, 0.2, 0.0), (0.05, 0.2, 0.0))
 
 
-def write_part(root: Path, recording_id: str, scene: Scene, part: str, *, size: tuple[int, int]) -> None:
+def write_part(
+    root: Path, recording_id: str, scene: Scene, part: str, *, size: tuple[int, int], frame_step: int = 1
+) -> None:
     """Make one part of a recording.
 
     Args:
@@ -33,6 +36,7 @@ def write_part(root: Path, recording_id: str, scene: Scene, part: str, *, size: 
         scene: the recording.
         part: one of ``PARTS``.
         size: (width, height) of the videos in pixels.
+        frame_step: every so many frames of the scene are drawn.
 
     Raises:
         FileError: a file cannot be written.
@@ -40,11 +44,13 @@ def write_part(root: Path, recording_id: str, scene: Scene, part: str, *, size: 
     files = [root / file for file in part_files(recording_id, part)]
     if part == SOUND:
         _write_sound(files[0], scene)
-        _write_json(files[1], scene_truth(scene))
+        with writing(files[1]) as path:
+            path.write_text(json.dumps(scene_truth(scene, frame_step=frame_step), allow_nan=False), encoding="utf-8")
         return
     with writing(files[0]) as path:
         path.write_bytes(calibration_bytes(scene.cameras[part]))
-    _write_view(files[3], scene, part, size=size, masks={"amodal": files[1], "visible": files[2]})
+    masks = {"amodal": files[1], "visible": files[2]}
+    _write_view(files[3], scene, part, size=size, masks=masks, frame_step=frame_step)
 
 
 def calibration_bytes(camera: Camera) -> bytes:
@@ -63,9 +69,9 @@ def calibration_bytes(camera: Camera) -> bytes:
     return pickle.dumps(content, protocol=0).replace(b"numpy._core.", b"numpy.core.")
 
 
-def scene_truth(scene: Scene) -> dict[str, Any]:
-    """What was drawn, as JSON can hold it."""
-    container, motion = scene.container, scene.motion
+def scene_truth(scene: Scene, *, frame_step: int = 1) -> dict[str, Any]:
+    """What was drawn, as JSON can hold it; the poses are those of every ``frame_step``-th frame."""
+    container, motion, kept = scene.container, scene.motion, np.s_[::frame_step]
     profile = None
     if container.outer is not None and container.inner is not None:
         profile = {
@@ -83,13 +89,13 @@ def scene_truth(scene: Scene) -> dict[str, Any]:
         "height_mm": container.height_mm,
         "depth_mm": container.depth_mm,
         "profile": profile,
-        "frames": scene.frames,
-        "fps": scene.fps,
+        "frames": len(motion.fill[kept]),
+        "fps": scene.fps if frame_step == 1 else scene.fps / frame_step,
         "action": scene.timing.action,
         "events_s": {name: value for name, value in vars(scene.timing).items() if name != "action"},
-        "base_m": np.round(motion.base_m, 6).tolist(),
-        "rotation": np.round(motion.rotation, 6).tolist(),
-        "fill": np.round(motion.fill, 4).tolist(),
+        "base_m": np.round(motion.base_m[kept], 6).tolist(),
+        "rotation": np.round(motion.rotation[kept], 6).tolist(),
+        "fill": np.round(motion.fill[kept], 4).tolist(),
     }
 
 
@@ -98,17 +104,19 @@ def _extrinsic(camera: Camera) -> dict[str, NDArray[np.float64]]:
     return {"rvec": np.array(camera.rotation), "tvec": translation, "projMatrix": np.array(camera.projection)}
 
 
-def _write_view(path: Path, scene: Scene, view: str, *, size: tuple[int, int], masks: dict[str, Path]) -> None:
+def _write_view(
+    path: Path, scene: Scene, view: str, *, size: tuple[int, int], masks: dict[str, Path], frame_step: int
+) -> None:
     found: dict[str, dict[int, Detections]] = {kind: {} for kind in masks}
     with (
         writing(path, errors=(av.FFmpegError,)) as part,
         av.open(str(part), "w", options={"movflags": "faststart"}) as container,
     ):
-        stream = container.add_stream("libx264", rate=scene.fps, options=_QUALITY)
+        stream = container.add_stream("libx264", rate=Fraction(scene.fps, frame_step), options=_QUALITY)
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
-        for frame in range(scene.frames):
-            truth = render_frame(scene, view, frame, size=size)
+        for frame, drawn in enumerate(range(0, scene.frames, frame_step)):
+            truth = render_frame(scene, view, drawn, size=size)
             container.mux(stream.encode(av.VideoFrame.from_ndarray(truth.image, format="rgb24")))
             for kind, mask in (("amodal", truth.amodal), ("visible", truth.visible)):
                 found[kind][frame] = detection_of(mask, scene.container.label)
@@ -134,8 +142,3 @@ def _write_sound(path: Path, scene: Scene) -> None:
     samples = recording_sound(sound_events(scene), rng=np.random.default_rng([scene.seed, 3]))
     with writing(path, errors=(soundfile.SoundFileError,)) as part:
         soundfile.write(part, samples.T, SAMPLE_RATE_HZ, subtype="PCM_16")
-
-
-def _write_json(path: Path, content: dict[str, Any]) -> None:
-    with writing(path) as part:
-        part.write_text(json.dumps(content, allow_nan=False), encoding="utf-8")

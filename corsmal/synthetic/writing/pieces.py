@@ -1,0 +1,79 @@
+"""Pieces of recordings that processes make, and the processes."""
+
+import importlib.metadata
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from corsmal.digests import digest
+from corsmal.engines.engine import Row
+from corsmal.engines.processes import Processes, cores
+from corsmal.synthetic.writing.parts import STAGING
+from corsmal.synthetic.writing.plan import PlannedRecording
+
+Kernels = Literal["vessels", "limbs"]
+KERNELS: tuple[Kernels, ...] = ("vessels", "limbs")
+"""What takes seconds to compile, the slowest first."""
+
+PROCESSES_MAX = 4
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Parts of one recording, which one process makes."""
+
+    planned: PlannedRecording
+    parts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class WritePiece:
+    """The task of making a piece.
+
+    Args:
+        folder: where its files go.
+        size: (width, height) of the videos in pixels.
+        frame_step: every so many frames of a scene are drawn.
+    """
+
+    folder: Path
+    size: tuple[int, int]
+    frame_step: int
+
+    def __call__(self, piece: Piece) -> Row:
+        """Make the piece."""
+        from corsmal.synthetic.writing.recording import write_part  # noqa: PLC0415 - loads the renderer
+
+        scene = piece.planned.scene()
+        for part in piece.parts:
+            name = piece.planned.recording_id
+            write_part(self.folder, name, scene, part, size=self.size, frame_step=self.frame_step)
+        return {}
+
+
+def start_processes(root: Path, *, count: int | None = None) -> Processes:
+    """Start the processes of a later ``write_demo``: they compile, and share what they compiled, in the meantime.
+
+    Args:
+        root: the dataset's folder.
+        count: how many; default: one per core, at most four.
+
+    Raises:
+        CorsmalError: a process could not be started.
+    """
+    # Numba looks only at a kernel's own file to tell whether it is out of date
+    sources = [path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parents[1].rglob("*.py"))]
+    kernels = root / STAGING / f"kernels-{digest('kernels', importlib.metadata.version('numba'), sources)}"
+    environment = {"NUMBA_CACHE_DIR": os.environ.get("NUMBA_CACHE_DIR") or str(kernels)}
+    processes = Processes(count or min(PROCESSES_MAX, cores()), environment)
+    processes.start(_compile, KERNELS)
+    return processes
+
+
+def _compile(first: Kernels) -> Row:
+    """Compile what draws, as far as no other process does."""
+    from corsmal.synthetic.render.frame import compile_kernels  # noqa: PLC0415 - loads Numba
+
+    compile_kernels(first)
+    return {}
