@@ -1,17 +1,10 @@
 """The app: navigation, the dataset folder and the recording picker. ``streamlit run app.py -- --data DIR``."""
 
-import gc
 import importlib
-import threading
 
 import streamlit as st
-from streamlit.runtime.pages_manager import PagesManager
 
-from corsmal.synthetic.writing.parts import STAGING
-from corsmal.synthetic.writing.worker import start_ahead
-from corsmal.ui import folders
-
-LIBRARIES_AFTER_S = 20.0  # the first page and a new demo come first
+from corsmal.ui import server
 
 
 def main() -> None:
@@ -38,35 +31,7 @@ def main() -> None:
     page.run()
 
 
-def begin_demo() -> None:
-    """Begin to make a demo that is not there before the first page is asked for: a browser takes seconds to come.
-
-    Its processes come before anything that takes long to import.
-    """
-    if folders.is_demo(folders.default_folder()) and not folders.is_demo_ready():
-        start_ahead(folders.demo_folder() / STAGING)
-        importlib.import_module("corsmal.ui.demo").begin()
-
-
-def load_libraries() -> None:
-    """Load what the first visitor of some page would wait seconds for."""
-    importlib.import_module("torch")
-    gc.collect()
-    spare_what_is_loaded()
-
-
-def spare_what_is_loaded() -> None:
-    """Streamlit collects garbage after every run of the script; most of what there is was loaded once and stays."""
-    gc.freeze()
-
-
 if __name__ == "__main__":
     main()
 else:
-    PagesManager.uses_pages_directory = False  # an address of a page opened first must go through this file, too
-    begin_demo()
-    libraries = threading.Timer(LIBRARIES_AFTER_S, load_libraries)
-    libraries.daemon = True
-    libraries.start()
-    app = st.App(__file__, routes=importlib.import_module("corsmal.ui.routes").routes())
-    spare_what_is_loaded()
+    app = server.start(__file__)

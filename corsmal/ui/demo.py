@@ -4,7 +4,8 @@ from pathlib import Path
 
 import streamlit as st
 
-from corsmal.synthetic.writing.dataset import DemoProgress, write_demo
+from corsmal.engines.processes import Processes
+from corsmal.synthetic import DemoProgress, write_demo
 from corsmal.ui import data
 from corsmal.ui.components import plain
 from corsmal.ui.folders import demo_folder, is_demo_ready
@@ -22,10 +23,10 @@ def is_coming() -> bool:
     return job is not None and job.active and not is_demo_ready()
 
 
-def begin() -> None:
-    """Begin to make the demo."""
+def begin(processes: Processes | None = None) -> None:
+    """Begin to make the demo, in processes that were started ahead where there are any."""
     folder = demo_folder()
-    data.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder))
+    data.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder, processes))
 
 
 def make_demo() -> None:
@@ -52,10 +53,14 @@ def _watch() -> None:
     st.progress(job.fraction, text=progress_text(job, "%"))
 
 
-def _work(job: Job, folder: Path) -> None:
+def _work(job: Job, folder: Path, processes: Processes | None) -> None:
     def report(progress: DemoProgress) -> None:
         job.label = f"Making the demo, {progress.done} of {progress.total} recordings"
         job.advance(round(STEPS * progress.fraction), STEPS)
         job.results = progress.done
 
-    write_demo(folder, progress=report, cancelled=job.cancelled)
+    try:
+        write_demo(folder, progress=report, cancelled=job.cancelled, processes=processes)
+    finally:
+        if processes is not None:
+            processes.stop()

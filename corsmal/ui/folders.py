@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from corsmal.store import Store
-from corsmal.synthetic.writing.parts import ANNOTATION_FILE
+from corsmal.synthetic import ANNOTATION_FILE
 
 
 def demo_folder() -> Path:
