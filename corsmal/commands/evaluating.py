@@ -1,14 +1,18 @@
 """``evaluate estimates``, ``submit``, ``budget`` and ``train wall``: what is done with estimates."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
 from corsmal.commands import Root, demo_detector, progress_bar, say, show
 
 if TYPE_CHECKING:
-    from corsmal.evaluation.exporting import TableFormat
+    import pandas as pd
+
+    from corsmal.evaluation.challenge import Absent
+    from corsmal.evaluation.protocols import Protocol
+    from corsmal.evaluation.splits import FoundSplit
 
 Estimates = Annotated[Path, typer.Argument(help="The table that `estimate` wrote.")]
 
@@ -17,39 +21,104 @@ def estimates(
     root: Root,
     table: Estimates,
     *,
-    out: Annotated[Path | None, typer.Option(help="Table 2 as .csv, .tex or .html.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Table 2 as .tex, .csv, .html or .md.")] = None,
+    protocol: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Numbers that count: held-out (default) only those of networks not trained on the recording; "
+            "paper also those whose epoch was chosen on it; in-sample all. Repeat it for a column group each."
+        ),
+    ] = None,
+    split: Annotated[
+        Literal["train", "public", "private", "other"] | None,
+        typer.Option(help="Challenge set that is scored; default: found from the folder's name and annotation."),
+    ] = None,
+    absent: Annotated[
+        Literal["skip", "zero"],
+        typer.Option(help="Recordings without a row: skip does not score them, zero is the challenge's rule."),
+    ] = "skip",
 ) -> None:
     """Compare estimates with a dataset's annotation: the paper's Table 2 and the challenge's scores."""
+    import pandas as pd
+
     from corsmal.dataset import open_dataset
+    from corsmal.evaluation import ENDINGS, find_split, read_estimates, typeset_table_2
+    from corsmal.evaluation.splits import FoundSplit
+    from corsmal.files import writing
+
+    formats = {ending: name for name, ending in ENDINGS.items()}
+    if out is not None and out.suffix not in formats:
+        raise typer.BadParameter(f"the name must end in {', '.join(formats)}", param_hint="--out")
+    dataset, found = open_dataset(root), read_estimates(table)
+    own = find_split(dataset.table, name=dataset.name)
+    scored_as = own if split is None else FoundSplit(split, "--split names it")
+    said: list[str] = []
+    judged = [
+        _judge(found, dataset.table, protocol=cast("Protocol", name), split=scored_as, absent=absent, said=said)
+        for name in dict.fromkeys(protocol or ["held-out"])
+    ]
+    if out is not None:
+        text = typeset_table_2(
+            pd.concat(judged),
+            table_format=formats[out.suffix],
+            notes=said,
+            is_like_with_like=own.split == "train",
+        )
+        with writing(out, advice="choose another file") as part:
+            part.write_text(text, encoding="utf-8")
+
+
+def _judge(
+    found: "pd.DataFrame",
+    annotation: "pd.DataFrame",
+    *,
+    protocol: "Protocol",
+    split: "FoundSplit",
+    absent: "Absent",
+    said: list[str],
+) -> "pd.DataFrame":
+    """Print all that a protocol says about estimates.
+
+    Args:
+        found: the estimates.
+        annotation: the dataset's table.
+        protocol: which numbers count.
+        split: what is scored.
+        absent: how recordings without a row are scored.
+        said: sentences below the tables so far, none of which is repeated; grows.
+
+    Returns:
+        Table 2 cell by cell.
+    """
+    import numpy as np
+
     from corsmal.evaluation import (
+        cell_table,
         challenge_scores,
+        comparison_note,
         confusion_tables,
         container_table,
         error_table,
-        export_table,
-        read_estimates,
         submission_table,
     )
-    from corsmal.files import writing
 
-    annotation, found = open_dataset(root).table, read_estimates(table)
-    errors = error_table(found, annotation)
-    for note in errors.attrs.get("notes", ()):
-        say(note)
-    by_container = container_table(errors)
-    show("By container: MPF1 and MAPE in %", by_container)
+    errors = error_table(found, annotation, protocol=protocol)
+    cells = cell_table(errors, rng=np.random.default_rng(0))
+    scores = challenge_scores(annotation, submission_table(found), split=split.split, absent=absent, errors=errors)
+    for note in (*errors.attrs["notes"], comparison_note(cells), *scores.attrs["notes"]):
+        if note and note not in said:
+            say(note)
+            said.append(note)
+    show(f"By container ({protocol}): MPF1 and MAPE in %", container_table(errors).drop(columns="protocol"))
+    counts = cells[cells["container_id"].isna()].set_index("metric")[["recordings", "failures", "left_out"]]
+    show(f"Recordings behind the averages ({protocol})", counts)
     for quantity in ("filling_level", "filling_type"):
-        for kind, counts in confusion_tables(errors, quantity).items():
-            if counts.to_numpy().sum():
-                show(f"{quantity.replace('_', ' ')}, {kind}: rows are true, columns estimated", counts)
-    scores = challenge_scores(annotation, submission_table(found), split="other")
-    show("The challenge's scores in %", scores.rename("score").to_frame())
-    if out is not None:
-        formats: dict[str, TableFormat] = {".csv": "csv", ".tex": "latex", ".html": "html"}
-        if out.suffix not in formats:
-            raise typer.BadParameter(f"the name must end in {', '.join(formats)}", param_hint="--out")
-        with writing(out, advice="choose another file") as part:
-            part.write_text(export_table(by_container, table_format=formats[out.suffix]), encoding="utf-8")
+        for kind, table in confusion_tables(errors, quantity).items():
+            if table.to_numpy().sum():
+                show(f"{quantity.replace('_', ' ')}, {kind} ({protocol}): rows are true, columns estimated", table)
+    scored = f"{scores.attrs['scored']} of {len(annotation)} recordings"
+    show(f"The challenge's scores in % ({protocol}), {scored}\n{split}", scores.rename("score").to_frame())
+    return cells
 
 
 def submit(

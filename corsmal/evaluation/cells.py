@@ -72,18 +72,23 @@ def comparison_note(cells: pd.DataFrame) -> str:
     Args:
         cells: from ``cell_table``.
     """
-    averages = cells[cells["container_id"].isna()].drop_duplicates("metric")
-    own = cells[cells["value"].notna() & cells["container_id"].notna()].groupby("metric")["container_id"].nunique()
-    published = paper_table_2()["container_id"].count()
-    compared = averages.set_index("metric")["compared"]
-    unlike = [name for name in compared.index if own.get(name, 0) and not compared[name] == own[name] == published]
+    whole = paper_table_2()["container_id"].count()
+    own = cells[cells["value"].notna() & cells["container_id"].notna()].value_counts(["protocol", "metric"])
+    unlike: dict[str, dict[str, str]] = {}
+    for row in cells[cells["container_id"].isna()].to_dict("records"):
+        here = own.get((row["protocol"], row["metric"]), 0)
+        if here and not row["compared"] == here == whole:
+            text = f"{row['compared']} of {here}"
+            unlike.setdefault(row["protocol"], {})[BY_METRIC[row["metric"]].label] = text
     if not unlike:
         return ""
-    counts = ", ".join(f"{BY_METRIC[name].label} {compared[name]}" for name in unlike)
-    return (
-        "Averages are compared with the paper's over the containers that both tables have a number for, not over all "
-        f"({counts} containers); the average itself is over all containers of this table."
-    )
+    counts = "; ".join(f"{protocol}: {_counted(by_label)} containers" for protocol, by_label in unlike.items())
+    return f"Averages are compared with the paper's over the containers that both tables have a number for ({counts})."
+
+
+def _counted(by_label: dict[str, str]) -> str:
+    texts = set(by_label.values())
+    return texts.pop() if len(texts) == 1 else ", ".join(f"{label} {text}" for label, text in by_label.items())
 
 
 def _counts(group: pd.DataFrame, metric: str) -> dict[str, int]:

@@ -49,7 +49,7 @@ def challenge_scores(
     split: Split = "train",
     *,
     absent: Absent = "zero",
-    excluded: Checked | None = None,
+    errors: pd.DataFrame | None = None,
 ) -> pd.Series:
     """The challenge's scores of a submission.
 
@@ -66,14 +66,14 @@ def challenge_scores(
         split: which of the challenge's sets this is, for s8's offset; ``other`` for data that is none of them.
         absent: how recordings without a row count: ``zero``, which is the challenge's rule, or ``skip``: they are not
             scored.
-        excluded: from ``left_out``: the recordings whose filling or mass is not scored; default: none.
+        errors: the same estimates' error table: what its protocol leaves out is not scored; default: all is scored.
 
     Returns:
         ``s1`` to ``s8``, ``overall`` (at most 75 without the simulator's two scores), ``JFTL`` (joint filling type and
         level) and ``CMD`` (container capacity and dimensions), each 0 to 100; NaN where there is no truth to score by.
         Where only some of a challenge's set is scored, s8's offset is what perfect estimates of these recordings lack.
-        ``attrs`` holds ``split``, ``is_whole`` (every recording is scored) and ``notes``, sentences on what was missing
-        or left out.
+        ``attrs`` holds ``split``, ``scored`` (the number of recordings), ``is_whole`` (no recording is left out of any
+        score) and ``notes``, sentences on what was missing or left out.
 
     Raises:
         ArgumentError: a table has no ids or no rows in common with the annotation, or a choice is unknown.
@@ -82,7 +82,7 @@ def challenge_scores(
         if choice not in choices:
             raise ArgumentError(f"{what} must be one of {', '.join(choices)}, got {choice!r}")
     known = truth_table(annotation)
-    scored = _scored(known, submission, absent, excluded)
+    scored = _scored(known, submission, absent, errors)
     truth, is_whole = scored.table, scored.table.equals(known)
     checked = check_submission(submission, truth.index)
     estimates = checked.table
@@ -97,8 +97,10 @@ def challenge_scores(
     scores["JFTL"] = _joint_score(truth, checked.table)
     scores["CMD"] = scores["s3"] / 2 + (scores["s4"] + scores["s5"] + scores["s6"]) / 6
     result = pd.Series(scores, name="score (%)", dtype=np.float64)
-    notes = (*scored.notes, *checked.notes, *_unknown(known.loc[truth.index]))
-    result.attrs |= {"notes": notes, "split": split, "is_whole": is_whole}
+    notes = [*scored.notes, *checked.notes, *_unknown(known.loc[truth.index])]
+    if lacking := [name for name in SCORES if np.isnan(scores[name])]:
+        notes.append(f"there is no overall score, because no recording can be scored in {', '.join(lacking)}")
+    result.attrs |= {"notes": tuple(notes), "split": split, "scored": len(truth), "is_whole": is_whole}
     return result
 
 
@@ -130,7 +132,7 @@ def _task_score(truth: pd.Series, estimates: pd.Series) -> float:
     return 100 * float(np.nan_to_num(score).mean())
 
 
-def _scored(truth: pd.DataFrame, submission: pd.DataFrame, absent: Absent, excluded: Checked | None) -> Checked:
+def _scored(truth: pd.DataFrame, submission: pd.DataFrame, absent: Absent, errors: pd.DataFrame | None) -> Checked:
     """The truth that the submission is scored by, and sentences on what is not scored."""
     scored, notes = truth.copy(), []
     if absent == "skip":
@@ -141,10 +143,9 @@ def _scored(truth: pd.DataFrame, submission: pd.DataFrame, absent: Absent, exclu
                 f"submission: {len(scored)} of the annotation's {len(truth)} recordings have a row and are scored; "
                 f"{missing} have none and are not scored"
             )
-    if excluded is not None:
-        notes += excluded.notes
+    if errors is not None:
         for stage, columns in _FROM.items():
-            is_out = excluded.table[stage].reindex(scored.index, fill_value=False)
+            is_out = errors[f"{stage}_left_out"].reindex(scored.index, fill_value=False)
             scored.loc[is_out, columns] = np.nan
     return Checked(scored, tuple(notes))
 

@@ -101,7 +101,8 @@ def check_estimates(estimates: pd.DataFrame, recordings: pd.Index) -> Checked:
     notes, given = list(rows.notes), rows.table
     absent = recordings.difference(given.index)
     if len(absent):
-        notes.append(f"estimates: there is no row for {listed(absent)}; not evaluated")
+        counts = f"{len(absent)} of {len(recordings)} annotated recordings"
+        notes.append(f"estimates: there is no row for {counts} ({listed(absent)}); not evaluated")
     if "status" not in given:
         notes.append("estimates: there is no column 'status'; a recording counts as failed where a number is missing")
     scored = numbers_of(given, {name: name for name in (*MEASURED, *CLASS_NAMES)}, what="estimates")

@@ -33,7 +33,7 @@ def typeset_table_2(
         cells: from ``cell_table``; the tables of several protocols one below the other.
         table_format: ``csv`` (a row per cell, with everything that ``cell_table`` gives), ``html``, ``markdown`` or
             ``latex``: a ``table*`` in the published table's rows and order, which needs ``booktabs`` and ``graphicx``.
-        notes: sentences below the table, such as those on what was left out.
+        notes: sentences below the table, such as those on what was left out; in LaTeX they are comments.
         is_like_with_like: whether the recordings are the published table's, so that the best number is set in bold. An
             in-sample number never is.
 
@@ -49,13 +49,14 @@ def typeset_table_2(
         return export_table(cells, table_format="csv", digits=3)
     stamps = [STAMPS[protocol] for protocol in dict.fromkeys(cells["protocol"])]
     compared = [comparison_note(cells), "" if is_like_with_like else UNLIKE]
-    sentences = [sentence for sentence in dict.fromkeys((*stamps, *compared, *notes)) if sentence]
+    caption = [_KEY, *stamps, *filter(None, compared)]
     if table_format == "latex":
-        return _latex(cells, sentences, is_like_with_like=is_like_with_like)
+        return _latex(cells, caption, notes, is_like_with_like=is_like_with_like)
+    sentences = list(dict.fromkeys((*caption, *notes)))
     table = export_table(table_2_texts(cells), table_format=table_format)
     if table_format == "html":
-        return table + export_table(pd.DataFrame({"notes": [_KEY, *sentences]}), table_format="html")
-    return "\n".join([table, *(f"- {sentence}" for sentence in (_KEY, *sentences)), ""])
+        return table + export_table(pd.DataFrame({"notes": sentences}), table_format="html")
+    return "\n".join([table, *(f"- {sentence}" for sentence in sentences), ""])
 
 
 def table_2_texts(cells: pd.DataFrame) -> pd.DataFrame:
@@ -127,7 +128,7 @@ def _cell_text(cell: Any) -> str:
     return f"{value}, n = {cell.recordings}" + (f", {cell.failures} failed" if cell.failures else "")
 
 
-def _latex(cells: pd.DataFrame, sentences: Sequence[str], *, is_like_with_like: bool) -> str:
+def _latex(cells: pd.DataFrame, caption: Sequence[str], notes: Sequence[str], *, is_like_with_like: bool) -> str:
     table, metrics = _Table(cells), list(METRICS)
     own, width, groups = len(table.protocols), len(metrics), len(table.protocols) + 1
     titles = [rf"\multicolumn{{{width + 1}}}{{c}}{{{TITLES[protocol]}}}" for protocol in table.protocols]
@@ -135,15 +136,15 @@ def _latex(cells: pd.DataFrame, sentences: Sequence[str], *, is_like_with_like: 
     rules = [rf"\cmidrule(lr){{{start}-{start + width - (start == starts[-1])}}}" for start in starts]
     names = [_heading(metric) for metric in metrics]
     kinds = [r"MPF1 $\uparrow$" if BY_METRIC[metric].is_class else r"MAPE $\downarrow$" for metric in metrics]
-    caption = latex_text(" ".join([_KEY, *sentences])) + (
+    text = latex_text(" ".join(caption)) + (
         " $n$: recordings; a subscript is their number where it differs. Superscripts: recordings without an estimate "
         "of their own." + (" Best in bold." if is_like_with_like else "")
     )
     lines = [
-        *(f"% {STAMPS[protocol]}" for protocol in table.protocols),
+        *(f"% {sentence}" for sentence in (*(STAMPS[protocol] for protocol in table.protocols), *notes)),
         r"\begin{table*}",
         r"\centering",
-        rf"\caption{{{caption}}}",
+        rf"\caption{{{text}}}",
         r"\resizebox{\textwidth}{!}{%",
         rf"\begin{{tabular}}{{l{('r' * (width + 1)) * own}{'r' * width}}}",
         r"\toprule",

@@ -100,8 +100,7 @@ def test_an_average_is_compared_over_the_containers_that_both_tables_have(annota
         assert average["difference"] == pytest.approx(average["value"] - expected)
         assert average["compared"] == 3
     note = comparison_note(cells.reset_index())
-    assert "over the containers that both tables have a number for" in note
-    assert "Level 3, Type 3, Capacity 3" in note
+    assert "(held-out: 3 of 3 containers)" in note
 
 
 def test_a_container_that_the_paper_does_not_have_is_in_the_average_and_not_in_the_comparison(annotation, estimates):
@@ -119,7 +118,7 @@ def test_no_container_in_common_is_no_comparison(annotation, estimates):
     annotation["container id"] += 100
     cells = cells_of(estimates, annotation)
     assert cells[["published", "difference"]].isna().all(axis=None)
-    assert "Capacity 0" in comparison_note(cells.reset_index())
+    assert "0 of 3 containers" in comparison_note(cells.reset_index())
 
 
 def test_a_metric_that_lacks_a_container_is_compared_without_it():
@@ -134,7 +133,14 @@ def test_a_metric_that_lacks_a_container_is_compared_without_it():
     without_flute = paper_table_2()["capacity_mape"][[0, 1, 2, 3, 4, 6, 7, 8]].mean()
     assert cells.loc[("Average", "capacity_mape"), "published"] == pytest.approx(without_flute)
     assert cells.loc[("Average", "height_mape"), "published"] == 30.8
-    assert "(Capacity 8 containers)" in comparison_note(cells.reset_index())
+    assert "(held-out: 8 of 8 containers)" in comparison_note(cells.reset_index())
+
+
+def test_each_protocol_is_compared_over_its_own_containers(annotation, estimates):
+    estimates["mass_held_out"] = annotation["container id"] == 1
+    tables = [cells_of(estimates, annotation, protocol=name) for name in ("held-out", "in-sample")]
+    note = comparison_note(pd.concat(tables).reset_index())
+    assert note.endswith("Height 3 of 3, Mass 1 of 1 containers; in-sample: 3 of 3 containers).")
 
 
 def test_same_seed_gives_the_same_intervals(annotation, estimates):

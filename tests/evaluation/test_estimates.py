@@ -90,7 +90,7 @@ def test_everything_odd_is_said_and_the_rest_is_used(recordings, estimates):
         "estimates: 1 of 8 rows have no usable 'recording_id' and were left out",
         "estimates: recording 000003 appears more than once; the first row was taken",
         "estimates: the annotation does not have recording 009999; left out",
-        "estimates: there is no row for recording 000005; not evaluated",
+        "estimates: there is no row for 1 of 6 annotated recordings (recording 000005); not evaluated",
         "estimates: there is no column 'status'; a recording counts as failed where a number is missing",
         "estimates: 'capacity_ml' is unusable for recording 000004; counted as no estimate",
         "estimates: there is no column 'width_top_mm'; counted as no estimate",

@@ -6,14 +6,11 @@ from corsmal.errors import ArgumentError
 from corsmal.evaluation import (
     METRICS,
     challenge_scores,
-    check_estimates,
     confusion_tables,
     container_table,
     error_table,
-    left_out,
     read_estimates,
     submission_table,
-    truth_table,
     write_estimates,
 )
 from tests.evaluation.made import made_annotation, perfect_estimates
@@ -36,10 +33,6 @@ def estimates(annotation):
     table.loc[new, "filling_level"] = (table.loc[new, "filling_level"] + 1) % 3
     table.loc[new, "container_mass_g"] *= 3
     return table
-
-
-def checked(estimates, annotation):
-    return check_estimates(estimates, truth_table(annotation).index).table
 
 
 def test_only_recordings_that_no_network_was_trained_on_count(annotation, estimates):
@@ -67,13 +60,12 @@ def test_in_sample_counts_everything_and_says_so(annotation, estimates):
 
 
 def test_scores_leave_out_what_the_tables_leave_out(annotation, estimates):
-    excluded = left_out(checked(estimates, annotation))
-    scores = challenge_scores(annotation, submission_table(estimates), split="other", excluded=excluded)
+    errors = error_table(estimates, annotation)
+    scores = challenge_scores(annotation, submission_table(estimates), split="other", errors=errors)
     assert scores[["s1", "s2", "JFTL"]].tolist() == [0, 0, 0]
     assert scores["s7"] == pytest.approx(100 * np.exp(-2))
     assert scores["s3"] == 100
     assert not scores.attrs["is_whole"]
-    assert any("28 of 42 recordings are left out" in note for note in scores.attrs["notes"])
     every = challenge_scores(annotation, submission_table(estimates), split="other")
     assert every["s7"] == pytest.approx(100 * (28 + 14 * np.exp(-2)) / 42)
 

@@ -118,6 +118,7 @@ def test_in_sample_is_stamped_and_notes_are_kept(table_format):
     assert "In-sample: networks are judged on recordings that they were trained on" in text
     assert "Mass: 3 are left out." in text
     if table_format == "latex":
+        assert "% Mass: 3 are left out." in text.splitlines()
         assert text.startswith("% In-sample: ")
         assert "In-sample: networks" in text[text.index(r"\caption") :]
     held_out = typeset_table_2(made_cells("held-out"), table_format=table_format)
