@@ -11,7 +11,7 @@ import numpy as np
 from corsmal.errors import ArgumentError, FileError
 
 FORMAT_VERSION = 1
-"""Part of every digest; raised when stored files change their form or a computation its result."""
+"""Part of every digest; raised when stored files change their form."""
 
 
 def digest(*parts: Any) -> str:

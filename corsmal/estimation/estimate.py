@@ -126,7 +126,7 @@ def mass_inputs(
     *,
     selection: SelectionParameters | None = None,
 ) -> dict[str, Any] | None:
-    """What a ``MassPredictor`` is asked for an estimate: the mask in the robot's view, the measures and the scale.
+    """What a ``MassPredictor`` is given for an estimate: its widths and height, and the fitted frame's mask and scale.
 
     Args:
         found: the estimate, with its geometry.
@@ -149,7 +149,7 @@ def mass_inputs(
         "mask": container_mask(
             frame, centre_rule=found.best_frame.centre_rule, parameters=selection or SelectionParameters()
         ),
-        **{name: getattr(found.fit.dimensions, name) for name in DIMENSIONS},
+        **{name: getattr(found, name) for name in DIMENSIONS},
         "mm_per_px": scale,
     }
 

@@ -11,7 +11,8 @@ from corsmal.errors import CorsmalError, FileError
 from corsmal.estimation import estimate
 from corsmal.parameters import SelectionParameters, ShapeParameters
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
-from corsmal.stages.fits import METHOD_VERSION, calibration_fingerprints
+from corsmal.stages.fits import calibration_fingerprints
+from corsmal.stages.version import METHOD_VERSION
 from corsmal.store import Store, digest, file_fingerprint
 
 if TYPE_CHECKING:
@@ -43,14 +44,14 @@ class Predictors:
     def key(self) -> str:
         """A digest of everything that the numbers depend on."""
         digests = [None if part is None else part.digest for part in (self.filling, self.mass)]
-        return digest("predictors", self.shape, SelectionParameters(), dict(self.means), digests)
+        return digest("predictors", METHOD_VERSION, self.shape, SelectionParameters(), dict(self.means), digests)
 
 
 def load_estimate(recording: Recording, predictors: Predictors, *, store: Store) -> dict[str, Any]:
     """The row of one recording, from the store if it was estimated before; a failed one with the reason."""
     try:
         origin = detections_origin(recording, store=store)
-        key = digest("estimate", METHOD_VERSION, predictors.key, origin, _files(recording, predictors))
+        key = digest("estimate", predictors.key, origin, _files(recording, predictors))
         kept = store.json(KIND, key)
         if kept is not None:
             return kept

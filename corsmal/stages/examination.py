@@ -4,13 +4,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
 from corsmal.dataset.layout import WORN_VIEW
-from corsmal.engines.engine import Row
 from corsmal.errors import CorsmalError
 from corsmal.estimation import container_mask
 from corsmal.geometry import Camera, triangulate
@@ -37,7 +37,7 @@ class ExamineTask:
 
     cache: Path
 
-    def __call__(self, recording: Recording) -> Row:
+    def __call__(self, recording: Recording) -> dict[str, Any]:
         """The row of one recording."""
         broken: list[str] = []
         cameras: dict[str, Camera] = {}

@@ -10,10 +10,8 @@ from corsmal.parameters import METHOD_VIEWS, CentreRule, SelectionParameters, Sh
 from corsmal.selection import Pair
 from corsmal.shape import Hull, measure_hull
 from corsmal.stages.detections import DetectionSet
+from corsmal.stages.version import METHOD_VERSION
 from corsmal.store import Store, digest, file_fingerprint
-
-METHOD_VERSION = 4
-"""Raised when the same inputs give another hull or estimate than before."""
 
 ARRAYS = ("heights_mm", "radii_mm", "converged", "centroid_m", "direction")
 NUMBERS = ("depth_mm", "yaw", "overlap")

@@ -11,7 +11,7 @@ from corsmal.evaluation import ESTIMATE_COLUMNS
 from corsmal.filling import FillingPrediction
 from corsmal.filling.features import Features
 from corsmal.mass import MassPrediction, restore_mask
-from corsmal.parameters import SelectionParameters
+from corsmal.parameters import SelectionParameters, ShapeParameters
 from tests.fakes import FakeFilling, FakeMass
 
 
@@ -34,6 +34,15 @@ def test_mass_is_told_from_the_robots_view_in_the_best_frame_and_the_measures(re
     camera = recording.views["view3"].camera()
     depth_m = (camera.rotation @ result.fit.hull.centroid_m + camera.translation)[2]
     assert asked.inputs["mm_per_px"] == pytest.approx(1000 * depth_m / camera.intrinsic[0, 0], rel=0.01)
+
+
+def test_mass_network_is_given_the_reported_medians_of_several_frames(recording):
+    asked = FakeMass(33.0)
+    result = estimate(recording, mass=asked, shape=replace(ShapeParameters.tuned(), frames=4))
+    names = ("width_top_mm", "width_bottom_mm", "height_mm")
+    reported = {name: getattr(result, name) for name in names}
+    assert {name: asked.inputs[name] for name in names} == reported
+    assert {name: getattr(result.fit.dimensions, name) for name in names} != reported
 
 
 def test_filling_is_told_from_the_sound_and_weighs_its_share_of_the_capacity(recording):

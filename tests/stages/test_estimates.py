@@ -8,6 +8,7 @@ from corsmal.estimation import estimate, training_means
 from corsmal.parameters import ShapeParameters
 from corsmal.stages import estimates as estimating
 from corsmal.stages.estimates import Predictors, load_estimate
+from corsmal.stages.version import METHOD_VERSION
 from tests.fakes import FakeFilling, FakeMass
 
 
@@ -61,6 +62,12 @@ def test_other_settings_are_estimated_anew(dataset, store, all_stages, counted, 
     for predictors in (all_stages, replace(all_stages, **change), all_stages):
         load_estimate(dataset["000000"], predictors, store=store)
     assert counted == ["000000"] * 2
+
+
+def test_predictors_of_another_version_of_the_method_have_another_key(all_stages, monkeypatch):
+    before = all_stages.key
+    monkeypatch.setattr(estimating, "METHOD_VERSION", METHOD_VERSION + 1)
+    assert all_stages.key != before
 
 
 def test_broken_recording_is_one_failed_row_with_its_reason(dataset, store, all_stages, tmp_path):
