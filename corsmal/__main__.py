@@ -5,21 +5,30 @@ from collections.abc import Callable, Mapping
 
 import typer
 
-from corsmal.commands import complain, detector, evaluating, filling, mass, recordings
+from corsmal.commands import complain, detector, evaluating, filling, mass, runs
+from corsmal.commands.attribution import attribute
 from corsmal.commands.demo import demo
 from corsmal.commands.doctor import doctor
 from corsmal.errors import CorsmalError
 
-COMMANDS = {
+Command = Callable[..., None]
+
+COMMANDS: dict[str, Command] = {
     "demo": demo,
     "detect": detector.detect,
-    "estimate": recordings.estimate,
-    "submit": evaluating.submit,
+    "estimate": runs.estimate,
+    "submit": runs.submit,
+    "attribute": attribute,
     "doctor": doctor,
-    "budget": evaluating.budget,
 }
-TRAIN = {"filling": filling.train, "mass": mass.train, "wall": evaluating.wall, "detector": detector.train}
-EVALUATE = {
+RUNS: dict[str, Command] = {"list": runs.list_runs, "show": runs.show, "delete": runs.delete, "export": runs.export}
+TRAIN: dict[str, Command] = {
+    "filling": filling.train,
+    "mass": mass.train,
+    "wall": evaluating.wall,
+    "detector": detector.train,
+}
+EVALUATE: dict[str, Command] = {
     "estimates": evaluating.estimates,
     "filling": filling.evaluate,
     "mass": mass.evaluate,
@@ -27,7 +36,7 @@ EVALUATE = {
 }
 
 
-def command_group(commands: Mapping[str, Callable[..., None]], *, what: str) -> typer.Typer:
+def command_group(commands: Mapping[str, Command], *, what: str) -> typer.Typer:
     """The commands of a group by name, in the order of their help."""
     group = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=what)
     for name, command in commands.items():
@@ -36,6 +45,7 @@ def command_group(commands: Mapping[str, Callable[..., None]], *, what: str) -> 
 
 
 app = command_group(COMMANDS, what="Estimate capacity, dimensions, filling and mass of containers from recordings.")
+app.add_typer(command_group(RUNS, what="List, show, delete and export runs."), name="runs")
 app.add_typer(command_group(TRAIN, what="Train a network, or learn the wall thickness of containers."), name="train")
 app.add_typer(command_group(EVALUATE, what="Evaluate estimates, or a network."), name="evaluate")
 

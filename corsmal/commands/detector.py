@@ -1,13 +1,12 @@
 """``detect``, ``train detector`` and ``evaluate detector``: containers in the frames of videos."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from corsmal.commands import Ids, Root, RunFolder, chosen, complain, demo_detector, progress_bar, say
-from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, has_gpu, run
+from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, run
 
 
 def detect(
@@ -32,26 +31,18 @@ def detect(
     Results are stored: an interrupted run resumes, and frames that were inspected are not inspected again.
     """
     from corsmal.dataset import open_dataset
-    from corsmal.engines.engine import in_turn
     from corsmal.engines.tasks import DetectTask
+    from corsmal.stages.settings import find_detector
     from corsmal.store import Store
-    from corsmal.weights import find_weights
 
     recordings, store = chosen(open_dataset(root), ids), Store()
     store.check_writable()
-    gpu = engine == "local" and has_gpu()
-    chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings), gpu=gpu)
-    task = DetectTask(
-        store.root.resolve(),
-        method="small" if demo_weights else "coco",
-        weights=find_weights("detector", weights).path if demo_weights else weights and weights.resolve(),
-        every=every,
+    chosen_engine = choose_engine(
+        engine, workers=workers, scheduler=scheduler, recordings=len(recordings), detects=True
     )
+    detector = find_detector("demo" if demo_weights else "coco", weights=weights, every=every)
     # opened before the work begins: weights that cannot be used are one sentence, not one for every recording
-    if chosen_engine is in_turn:
-        task.open()
-    else:
-        task = replace(task, digest=task.detector("cpu").digest)
+    task = DetectTask(store.root.resolve(), detector, detector.open(device="cpu").digest)
     failed = [row for row in run(task, recordings, chosen_engine) if row["status"] == "failed"]
     for row in failed:
         complain(row["recording_id"], row["notes"])

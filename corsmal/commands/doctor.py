@@ -64,7 +64,7 @@ def doctor(
 
     dataset, store, report = open_dataset(root), Store(), _Report()
     recordings = chosen(dataset, ids)
-    chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings), gpu=False)
+    chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings))
     rows = run(ExamineTask(store.root.resolve()), recordings, chosen_engine)
     _on_completeness(report, dataset, recordings)
     _on_files(report, rows)

@@ -1,11 +1,11 @@
-"""``evaluate estimates``, ``submit``, ``budget`` and ``train wall``: what is done with estimates."""
+"""``evaluate estimates`` and ``train wall``: what is done with estimates."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
-from corsmal.commands import Root, demo_detector, progress_bar, say, show
+from corsmal.commands import Root, progress_bar, say, show
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -119,62 +119,6 @@ def _judge(
     scored = f"{scores.attrs['scored']} of {len(annotation)} recordings"
     show(f"The challenge's scores in % ({protocol}), {scored}\n{split}", scores.rename("score").to_frame())
     return cells
-
-
-def submit(
-    root: Root,
-    table: Estimates,
-    out: Annotated[Path, typer.Argument(help="The challenge's file.")] = Path("submission.csv"),
-) -> None:
-    """Write the challenge's submission file, a row for every recording of a dataset."""
-    from corsmal.dataset import open_dataset
-    from corsmal.evaluation import read_estimates, submission_table, write_submission
-
-    write_submission(submission_table(read_estimates(table), recordings=open_dataset(root).table.index), out)
-    say(f"Submission: {out}")
-
-
-def budget(
-    root: Root,
-    scatter: Annotated[Path | None, typer.Option(help="HTML file for View Scores against errors.")] = None,
-    *,
-    preset: Annotated[str, typer.Option(help="Parameters of the fit: paper, lode or tuned.")] = "paper",
-    ablation: Annotated[bool, typer.Option("--ablation", help="All presets, tuned less each of its parts.")] = False,
-) -> None:
-    """Show which stage of the geometry loses what, on a demo whose containers were detected."""
-    from corsmal.dataset import open_dataset
-    from corsmal.figures.scores import score_error_figure
-    from corsmal.files import writing
-    from corsmal.parameters import SHAPE_PRESETS
-    from corsmal.runs.ablation import ablation_errors, ablation_table
-    from corsmal.runs.budget import budget_table, geometry_budget, score_against_error
-    from corsmal.stages.detections import load_detections
-    from corsmal.store import Store
-
-    if preset not in SHAPE_PRESETS:
-        raise typer.BadParameter(f"there are {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
-    dataset, store, shape = open_dataset(root), Store(), SHAPE_PRESETS[preset]
-    with progress_bar("recordings") as progress:
-        if ablation:
-            errors = ablation_errors(
-                dataset, lambda recording: load_detections(recording, store=store).views, progress=progress
-            )
-            show("MAPE in %, and % of the truths inside their 90 % intervals", ablation_table(errors))
-            return
-        rows = geometry_budget(
-            dataset,
-            lambda recording: load_detections(recording, store=store).views,
-            detector=demo_detector(),
-            shape=shape,
-            progress=progress,
-        )
-    show(f"MAPE in %, preset {preset}", budget_table(rows))
-    scores = score_against_error(dataset, shape=shape)
-    correlation = scores["rank"].corr(scores["error_rank"])
-    typer.echo(f"View Score against error of a frame, rank correlation within recordings: {correlation:+.2f}")
-    if scatter is not None:
-        with writing(scatter, advice="choose another file") as part:
-            score_error_figure(scores).write_html(part, include_plotlyjs=True, config={"showSendToCloud": False})
 
 
 def wall(root: Root) -> None:

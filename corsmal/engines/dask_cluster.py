@@ -1,14 +1,14 @@
 """Many recordings on a Dask cluster: several machines that share the dataset's folder and the store's."""
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from corsmal.dataset import Recording
-from corsmal.engines.engine import Outcome, Task, attempt
+from corsmal.engines.engine import Outcome, Task, attempt, never
 from corsmal.errors import CorsmalError
 
 if TYPE_CHECKING:
@@ -32,13 +32,18 @@ class DaskCluster:
     scheduler: str | None = None
     workers: int = 2
 
-    def __call__(self, task: Task, recordings: Sequence[Recording]) -> Iterator[Outcome]:
-        """Yield an outcome for each recording as soon as there is one.
+    def __str__(self) -> str:
+        return f"Dask, {self.scheduler or f'{self.workers} processes'}"
+
+    def __call__(
+        self, task: Task, recordings: Sequence[Recording], *, cancelled: Callable[[], bool] = never
+    ) -> Iterator[Outcome]:
+        """Yield an outcome for each recording as soon as there is one; ``cancelled`` is checked between them.
 
         Raises:
             CorsmalError: the scheduler does not answer, or is lost on the way.
         """
-        from distributed import as_completed  # noqa: PLC0415 - who works on one machine need not wait for it
+        from distributed import as_completed  # noqa: PLC0415 - takes a second, and only clusters need it
 
         waiting = enumerate(recordings)
         with ExitStack() as stack:
@@ -55,6 +60,8 @@ class DaskCluster:
 
             submit()
             for future in answers:
+                if cancelled():
+                    return
                 yield _outcome(future, running.pop(future))
                 submit()
 
@@ -83,7 +90,7 @@ def _outcome(future: "Future", index: int) -> Outcome:
     try:
         error = future.exception()
     except CancelledError as lost:
-        raise CorsmalError("the Dask scheduler was lost; what was done is kept, the same command goes on") from lost
+        raise CorsmalError("the Dask scheduler was lost; what was done is kept, the same command resumes") from lost
     if isinstance(error, RuntimeError) and "deserialization" in str(error):
         raise CorsmalError(
             "the cluster cannot load this version of corsmal; start scheduler and workers in the repository's folder"

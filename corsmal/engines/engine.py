@@ -31,8 +31,15 @@ class Outcome:
 class Engine(Protocol):
     """Does a task for recordings, in whatever order suits it; stops at once when its iterator is closed."""
 
-    def __call__(self, task: Task, recordings: Sequence[Recording], /) -> Iterator[Outcome]:
-        """Yield an outcome for each recording as soon as there is one."""
+    def __call__(
+        self, task: Task, recordings: Sequence[Recording], /, *, cancelled: Callable[[], bool] = ...
+    ) -> Iterator[Outcome]:
+        """Yield an outcome for each recording as soon as there is one; end early once ``cancelled`` is true."""
+
+
+def never() -> bool:
+    """Not cancelled."""
+    return False
 
 
 def attempt(task: Callable[[Item], Row], index: int, recording: Item) -> Outcome:
@@ -45,9 +52,48 @@ def attempt(task: Callable[[Item], Row], index: int, recording: Item) -> Outcome
         return Outcome(index, problem=f"stopped unexpectedly: {error!r}")
 
 
-def in_turn(task: Callable[[Item], Row], recordings: Sequence[Item]) -> Generator[Outcome]:
-    """The engine of this process alone."""
-    return (attempt(task, index, recording) for index, recording in enumerate(recordings))
+def in_turn(
+    task: Callable[[Item], Row], recordings: Sequence[Item], *, cancelled: Callable[[], bool] = never
+) -> Generator[Outcome]:
+    """The engine of this process."""
+    for index, recording in enumerate(recordings):
+        if cancelled():
+            return
+        yield attempt(task, index, recording)
+
+
+def completed_rows(
+    task: Task,
+    recordings: Sequence[Recording],
+    *,
+    engine: Engine = in_turn,
+    progress: Callable[[int, int], None] | None = None,
+    cancelled: Callable[[], bool] = never,
+) -> Iterator[Row]:
+    """The recordings' rows in the order in which they are done.
+
+    Args:
+        task: what is done with each, such as an ``EstimateTask``; what it keeps in the store lasts however this ends.
+        recordings: the recordings.
+        engine: where it is done: ``in_turn``, ``Processes`` or ``DaskCluster``.
+        progress: called with the numbers of recordings done and wanted.
+        cancelled: checked while the engine works; true ends the rows, and what has only been begun is dropped.
+
+    Yields:
+        Rows; a recording that could not be done is a failed row whose notes say why.
+
+    Raises:
+        CorsmalError: the engine itself failed, such as a cluster that does not answer.
+    """
+    if progress is not None:
+        progress(0, len(recordings))
+    for done, outcome in enumerate(engine(task, recordings, cancelled=cancelled), start=1):
+        if cancelled():
+            return
+        name = recordings[outcome.index].id
+        yield outcome.row or {"recording_id": name, "status": "failed", "notes": outcome.problem}
+        if progress is not None:
+            progress(done, len(recordings))
 
 
 def run_batch(
@@ -57,27 +103,6 @@ def run_batch(
     engine: Engine = in_turn,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Row]:
-    """A row for every recording.
-
-    Args:
-        task: what is done with each, such as an ``EstimateTask``; what it keeps in the store lasts however this ends.
-        recordings: the recordings.
-        engine: where it is done: ``in_turn``, ``Processes`` or ``DaskCluster``.
-        progress: called with the numbers of recordings done and wanted.
-
-    Returns:
-        The rows in the recordings' order; a recording that could not be done is a failed row whose notes say why.
-
-    Raises:
-        CorsmalError: the engine itself failed, such as a cluster that does not answer.
-    """
-    rows: list[Row] = [{} for _ in recordings]
-    if progress is not None:
-        progress(0, len(rows))
-    for done, outcome in enumerate(engine(task, recordings), start=1):
-        name = recordings[outcome.index].id
-        failed = {"recording_id": name, "status": "failed", "notes": outcome.problem}
-        rows[outcome.index] = failed if outcome.row is None else outcome.row
-        if progress is not None:
-            progress(done, len(rows))
-    return rows
+    """A row for every recording, in the recordings' order; the arguments are those of ``completed_rows``."""
+    by_id = {row["recording_id"]: row for row in completed_rows(task, recordings, engine=engine, progress=progress)}
+    return [by_id[recording.id] for recording in recordings]

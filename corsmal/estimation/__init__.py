@@ -4,7 +4,7 @@ from corsmal.estimation.detected import container_mask, file_detections, read_vi
 from corsmal.estimation.estimate import estimate, mass_inputs, training_means
 from corsmal.estimation.fit import Fit, fit_frame
 from corsmal.estimation.records import Estimate, Status
-from corsmal.estimation.several import Combined, Interval, combine_fits, fit_best_frames
+from corsmal.estimation.several import Combined, Interval, choose_frames, combine_fits
 
 __all__ = [
     "Combined",
@@ -12,11 +12,11 @@ __all__ = [
     "Fit",
     "Interval",
     "Status",
+    "choose_frames",
     "combine_fits",
     "container_mask",
     "estimate",
     "file_detections",
-    "fit_best_frames",
     "fit_frame",
     "mass_inputs",
     "read_view_detections",

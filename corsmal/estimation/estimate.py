@@ -9,13 +9,14 @@ import pandas as pd
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.estimation.detected import container_mask, file_detections
+from corsmal.estimation.fit import fit_frame
 from corsmal.estimation.records import Estimate
-from corsmal.estimation.several import all_scored, combine_fits, fit_best_frames
+from corsmal.estimation.several import choose_frames, combine_fits
 from corsmal.filling.records import FillingPrediction
 from corsmal.mass.physics import mm_per_pixel
 from corsmal.parameters import FRONTAL_VIEW, PAIRS, SelectionParameters, ShapeParameters
 from corsmal.quantities import DIMENSIONS, GEOMETRY, MEASURED
-from corsmal.selection import FrameDetections, select_best_frame
+from corsmal.selection import FrameDetections
 
 if TYPE_CHECKING:
     from corsmal.filling.features import Features
@@ -90,13 +91,12 @@ def _geometry(
 ) -> Estimate:
     shape = shape or ShapeParameters.paper()
     for position, pair in enumerate(PAIRS):
-        best = select_best_frame(detections, pair=pair, parameters=selection)
+        best, frames = choose_frames(detections, pair=pair, shape=shape, selection=selection)
         if best.frame is None:
             notes += (f"{' + '.join(pair)}: {best.reason}",)
             continue
-        if shape.frames > 1:
-            best = all_scored(best, detections, selection=selection)
-        fits = fit_best_frames(recording, detections, best=best, shape=shape, selection=selection)
+        choice: dict[str, Any] = {"centre_rule": best.centre_rule, "shape": shape, "selection": selection}
+        fits = [fit_frame(recording, detections, pair=pair, frame=frame, **choice) for frame in frames]
         found = combine_fits(fits, recording)
         if found is not None:
             values: dict[str, Any] = dict(found.values)

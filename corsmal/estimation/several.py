@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
-from corsmal.estimation.fit import Fit, fit_frame
+from corsmal.estimation.fit import Fit
 from corsmal.parameters import SelectionParameters, ShapeParameters
 from corsmal.quantities import DIMENSIONS, GEOMETRY
-from corsmal.selection import BestFrame, FrameDetections, score_frames
+from corsmal.selection import BestFrame, FrameDetections, Pair, score_frames, select_best_frame
 
 VOTERS = 5
 """So many fits say whether it is a box, those whose silhouettes agree best with the masks."""
@@ -44,53 +44,37 @@ class Combined:
     intervals: Mapping[str, Interval]
 
 
-def all_scored(
-    best: BestFrame, views: Mapping[str, FrameDetections], *, selection: SelectionParameters | None = None
-) -> BestFrame:
-    """The scores of all frames with a container in both views, wherever in the picture it is.
-
-    The centre rule may leave nothing but the few frames in which it took another object for the container; one wrong
-    object among many frames is outvoted.
-    """
-    scores = score_frames(views, pair=best.pair, centre_rule="none", parameters=selection)
-    return replace(best, centre_rule="none", scores=scores)
-
-
-def fit_best_frames(
-    recording: Recording,
+def choose_frames(
     views: Mapping[str, FrameDetections],
     *,
-    best: BestFrame,
+    pair: Pair,
     shape: ShapeParameters,
     selection: SelectionParameters | None = None,
-) -> list[Fit]:
-    """Fit ``shape.frames`` frames: those with a score are cut into so many stretches, and of each the best is fitted.
+) -> tuple[BestFrame, list[int]]:
+    """The frames of a pair of views that are fitted: the best one, or the best of each of ``shape.frames`` stretches.
+
+    For several frames all those with a container in both views are scored, wherever in the picture it is: the centre
+    rule may leave only the few frames in which another object was taken for the container, and one wrong object among
+    many frames is outvoted.
 
     Args:
-        recording: gives the cameras.
         views: unfiltered detections by view and frame.
-        best: the scores of a pair of views.
+        pair: the two views.
         shape: parameters of the fit.
         selection: parameters of the filter; default: the paper's.
 
     Returns:
-        The fits by frame, failed ones among them; that of the best frame alone where ``shape.frames`` is 1.
+        The scores, and the frames in order; none where there is no best frame.
     """
+    best = select_best_frame(views, pair=pair, parameters=selection)
+    if best.frame is None:
+        return best, []
+    if shape.frames > 1:
+        scores = score_frames(views, pair=pair, centre_rule="none", parameters=selection)
+        best = replace(best, centre_rule="none", scores=scores)
     totals = [(score.frame, score.total) for score in best.scores if score.total is not None]
-    stretches = np.array_split(np.arange(len(totals)), min(shape.frames, len(totals)) or 1)
-    frames = [max((totals[index] for index in stretch), key=lambda item: item[1])[0] for stretch in stretches]
-    return [
-        fit_frame(
-            recording,
-            views,
-            pair=best.pair,
-            frame=frame,
-            centre_rule=best.centre_rule,
-            shape=shape,
-            selection=selection,
-        )
-        for frame in frames
-    ]
+    stretches = np.array_split(np.arange(len(totals)), min(shape.frames, len(totals)))
+    return best, [max((totals[index] for index in stretch), key=lambda item: item[1])[0] for stretch in stretches]
 
 
 def combine_fits(fits: Sequence[Fit], recording: Recording) -> Combined | None:

@@ -1,6 +1,6 @@
-from .attribution import KNOWN_STAGES as KNOWN_STAGES
-from .attribution import blame_table as blame_table
-from .attribution import with_true as with_true
+from .attribution import ablation_table as ablation_table
+from .attribution import attribution_table as attribution_table
+from .attribution import with_true_filling as with_true_filling
 from .cells import cell_table as cell_table
 from .cells import comparison_note as comparison_note
 from .challenge import challenge_scores as challenge_scores
@@ -40,6 +40,7 @@ from .splits import find_split as find_split
 from .submission import SUBMISSION_COLUMNS as SUBMISSION_COLUMNS
 from .submission import check_submission as check_submission
 from .submission import read_submission as read_submission
+from .submission import submission_csv as submission_csv
 from .submission import submission_table as submission_table
 from .submission import write_submission as write_submission
 from .sweep import sweep_table as sweep_table

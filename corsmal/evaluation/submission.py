@@ -115,19 +115,28 @@ def read_submission(path: str | Path) -> pd.DataFrame:
     return table
 
 
-def write_submission(submission: pd.DataFrame, path: str | Path) -> None:
-    """Write a submission file.
+def submission_csv(submission: pd.DataFrame) -> str:
+    """The content of a submission file.
 
     Args:
         submission: with all of ``SUBMISSION_COLUMNS``, see ``submission_table``.
-        path: the CSV file; an older one is replaced.
+
+    Raises:
+        ArgumentError: a column is missing.
+    """
+    absent = [name for name in SUBMISSION_COLUMNS if name not in submission]
+    if absent:
+        raise ArgumentError(f"submission must have the columns {', '.join(SUBMISSION_COLUMNS)}; it lacks {absent[0]!r}")
+    return submission[list(SUBMISSION_COLUMNS)].to_csv(index=False, float_format="%.10g", lineterminator="\n")
+
+
+def write_submission(submission: pd.DataFrame, path: str | Path) -> None:
+    """Write a submission file; an older one is replaced.
 
     Raises:
         ArgumentError: a column is missing.
         FileError: the file cannot be written.
     """
-    absent = [name for name in SUBMISSION_COLUMNS if name not in submission]
-    if absent:
-        raise ArgumentError(f"submission must have the columns {', '.join(SUBMISSION_COLUMNS)}; it lacks {absent[0]!r}")
+    content = submission_csv(submission)
     with writing(Path(path), advice="choose another folder") as part:
-        submission[list(SUBMISSION_COLUMNS)].to_csv(part, index=False, float_format="%.10g")
+        part.write_bytes(content.encode())

@@ -1,150 +1,217 @@
-"""The estimates of a run made again with one stage after the other replaced by the truth."""
+"""Which stage the errors come from: recordings estimated again with one stage replaced by the truth."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.detection import ViewDetections
-from corsmal.errors import CorsmalError
-from corsmal.estimation import Estimate, estimate, mass_inputs
-from corsmal.mass.physics import filling_mass_g
-from corsmal.parameters import PAIRS
-from corsmal.quantities import DIMENSIONS, GEOMETRY
+from corsmal.engines.engine import Engine, Row, completed_rows, in_turn, never
+from corsmal.engines.tasks import open_predictors
+from corsmal.errors import ArgumentError, CorsmalError
+from corsmal.estimation import Estimate, choose_frames, estimate, mass_inputs
+from corsmal.evaluation.attribution import AS_IT_IS
+from corsmal.parameters import PAIRS, SHAPE_PRESETS, ShapeParameters
+from corsmal.quantities import GEOMETRY
 from corsmal.runs.run import Run
-from corsmal.selection import select_best_frame
 from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors
+from corsmal.stages.settings import EstimateSettings
+from corsmal.stages.true_masks import true_views
 from corsmal.store import Store, digest
 
-KIND = "blames"
+KIND = "attributions"
 STAGES = ("masks", "best frame", "dimensions")
-"""The stages that are replaced here: what follows from them is computed again, the container's mass included. Filling
-and mass need no such thing: a truth put in their place changes their columns alone."""
+"""The stages that are replaced here: what follows from them is computed again, the container's mass included. The
+filling needs no such thing: its truth changes its own columns only, see ``corsmal.evaluation.attribution_table``."""
 
 Views = Mapping[str, ViewDetections]
-Row = dict[str, Any]
+RowsByStage = dict[str, list[Row]]
 
 
-def blame_rows(
+@dataclass(frozen=True)
+class AttributionTask:
+    """Estimating a recording with one stage after the other replaced by the truth. What is heard is left out.
+
+    ``masks``: the true masks of all frames. ``best frame``: the detected masks, in the frames that the true masks would
+    have chosen among those that were inspected; that is one frame for a preset that fits one, else one of each stretch.
+    ``dimensions``: the annotated capacity, widths and height, which the mass network is given too.
+
+    Args:
+        cache: folder of the store.
+        settings: what is estimated with.
+        stages: of ``STAGES``, or ``as it is``: nothing is replaced.
+        key: of the predictors that are meant, see ``EstimateTask``.
+    """
+
+    cache: Path
+    settings: EstimateSettings
+    stages: tuple[str, ...]
+    key: str = ""
+
+    def __call__(self, recording: Recording) -> Row:
+        """The recording's rows by stage; where it cannot be estimated, failed ones with the reason."""
+        try:
+            predictors = open_predictors(self.settings, self.key)
+            found: Views = load_detections(recording, store=Store(self.cache)).views
+            true = true_views(recording) if {"masks", "best frame"} & set(self.stages) else {}
+            makers: dict[str, Callable[[], Estimate]] = {
+                AS_IT_IS: lambda: _estimated(recording, found, predictors),
+                "masks": lambda: _estimated(recording, true, predictors),
+                "best frame": lambda: _in_true_frames(recording, found, true, predictors),
+                "dimensions": lambda: _with_true_dimensions(recording, found, predictors),
+            }
+            rows = {stage: makers[stage]().row() for stage in self.stages}
+        except CorsmalError as error:
+            failed = {"recording_id": recording.id, "status": "failed", "notes": str(error)}
+            rows = dict.fromkeys(self.stages, failed)
+        return {"recording_id": recording.id, "rows": rows}
+
+
+def attribute_run(
     run: Run,
     dataset: Dataset,
-    predictors: Predictors,
     *,
     store: Store,
-    true_views: Callable[[Recording], Views] | None = None,
+    engine: Engine = in_turn,
     progress: Callable[[int, int], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> dict[str, list[Row]]:
-    """The rows of a run with one stage replaced by the truth at a time.
-
-    ``masks``: the true masks of all frames. ``best frame``: the detected masks of the frame that the true masks would
-    have chosen among those that were inspected. ``dimensions``: the annotated capacity, widths and height, from which
-    the mass network tells the mass. What was heard stays as it is.
+    cancelled: Callable[[], bool] = never,
+) -> RowsByStage:
+    """The rows of a run with one stage replaced by the truth at a time; they are kept, see ``load_attribution``.
 
     Args:
         run: with its rows.
-        dataset: that the run was made on.
-        predictors: that it was made with.
+        dataset: that the run was made on. Masks and best frames are replaced only if all of the run's recordings are
+            synthetic: of others only the dimensions are known.
         store: gives the detections and keeps the result.
-        true_views: gives the true masks of a recording as detections by view; None where they are not known, which
-            leaves ``dimensions`` alone.
+        engine: where it is done.
         progress: called with the numbers of recordings done and wanted.
-        cancelled: asked between recordings; true stops the work, and nothing is kept.
+        cancelled: checked while the engine works; true ends the work, and nothing is kept.
 
     Returns:
-        Rows by stage, as the run has them; a recording that cannot be estimated is a failed row with the reason.
+        Rows by stage in the run's order, without what is heard.
+
+    Raises:
+        ArgumentError: the networks' weights changed since the run was made.
+        CorsmalError: weights are missing or broken, or the engine failed.
     """
-    stages = STAGES if true_views is not None else STAGES[-1:]
-    result: dict[str, list[Row]] = {stage: [] for stage in stages}
-    for done, row in enumerate(run.rows):
-        if progress is not None:
-            progress(done, len(run.rows))
-        if cancelled is not None and cancelled():
-            return result
-        for stage, new in _replaced(row, dataset, predictors, store, true_views).items():
-            result[stage].append(new)
-    store.save_json(KIND, _key(run), result)
+    predictors = run.settings.open()
+    if any(run.digests[name] != found for name, found in predictors.digests.items()):
+        raise ArgumentError("the networks' weights changed since the run was made: make a new run")
+    recordings = [dataset[row["recording_id"]] for row in run.rows if row["recording_id"] in dataset]
+    stages = known_stages(recordings)
+    task = AttributionTask(store.root.resolve(), run.settings, stages, predictors.key)
+    result = _rows_by_stage(task, recordings, engine=engine, progress=progress, cancelled=cancelled)
+    if not cancelled():
+        store.save_json(KIND, _key(run), result)
     return result
 
 
-def load_blame(run: Run, *, store: Store) -> dict[str, list[Row]] | None:
-    """What ``blame_rows`` kept for a run; None where it has not been asked since the run changed."""
+def load_attribution(run: Run, *, store: Store) -> RowsByStage | None:
+    """What ``attribute_run`` kept for a run as it is now; None where there is nothing."""
     return store.json(KIND, _key(run))
 
 
-def _key(run: Run) -> str:
-    return digest("blame", run.key)
+def known_stages(recordings: Iterable[Recording]) -> tuple[str, ...]:
+    """The stages whose truth is known of all of these recordings."""
+    return STAGES if all(recording.is_synthetic for recording in recordings) else STAGES[-1:]
 
 
-def _replaced(
-    row: Mapping[str, Any],
-    dataset: Dataset,
-    predictors: Predictors,
-    store: Store,
-    true_views: Callable[[Recording], Views] | None,
-) -> dict[str, Row]:
-    """One recording's new row by stage."""
-    name = row["recording_id"]
-    try:
-        recording = dataset[name]
-        found: Views = load_detections(recording, store=store).views
-        results = {"dimensions": _with_true_dimensions(recording, found, predictors)}
-        if true_views is not None:
-            true = true_views(recording)
-            results["masks"] = _estimated(recording, true, predictors)
-            results["best frame"] = _in_true_frame(recording, found, true, predictors)
-    except CorsmalError as error:
-        failed = {"recording_id": name, "status": "failed", "notes": str(error)}
-        return dict.fromkeys(STAGES if true_views is not None else STAGES[-1:], failed)
-    return {stage: _heard_as_before(result, row) for stage, result in results.items()}
-
-
-def _estimated(recording: Recording, views: Views, predictors: Predictors) -> Estimate:
-    """The estimate without listening."""
-    return estimate(recording, detections=views, shape=predictors.shape, means=predictors.means, mass=predictors.mass)
-
-
-def _in_true_frame(recording: Recording, found: Views, true: Views, predictors: Predictors) -> Estimate:
-    """The estimate from detections of one frame alone: the first pair's true best one, else the second pair's."""
-    inspected = {
-        name: replace(view, by_frame={frame: view[frame] for frame in found.get(name, ()) if frame in view})
-        for name, view in true.items()
+def ablation_presets() -> dict[str, ShapeParameters]:
+    """The presets, and ``tuned`` less each of its parts, by name."""
+    tuned = ShapeParameters.tuned()
+    return {
+        **SHAPE_PRESETS,
+        "tuned, upright axis": replace(tuned, tilt_deg=0.0),
+        "tuned, no boxes": replace(tuned, boxes=False),
+        "tuned, two views": replace(tuned, all_views=False),
+        "tuned, one frame": replace(tuned, frames=1),
+        "tuned, no wall": replace(tuned, wall_mm=0.0),
     }
-    results = [
-        _estimated(recording, {name: _only(view, best.frame) for name, view in found.items()}, predictors)
-        for pair in PAIRS
-        if (best := select_best_frame(inspected, pair=pair)).frame is not None
-    ]
-    fitted = [result for result in results if result.fit is not None]
-    return next(iter([*fitted, *results]), _estimated(recording, {}, predictors))
 
 
-def _only(view: ViewDetections, frame: int | None) -> ViewDetections:
-    return replace(view, by_frame={} if frame is None or frame not in view else {frame: view[frame]})
+def ablate(
+    dataset: Dataset,
+    *,
+    store: Store,
+    presets: Mapping[str, ShapeParameters] | None = None,
+    engine: Engine = in_turn,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[tuple[str, str], list[Row]]:
+    """The geometry of synthetic recordings with several presets, from the detected and from the true masks.
+
+    Args:
+        dataset: of synthetic recordings.
+        store: gives the detections.
+        presets: parameters of the fit by name; default: ``ablation_presets``.
+        engine: where it is done.
+        progress: called with the numbers of recordings, once for each preset, done and wanted.
+
+    Returns:
+        Rows by ``detected`` or ``true`` masks and preset, see ``corsmal.evaluation.ablation_table``.
+    """
+    presets = ablation_presets() if presets is None else presets
+    recordings, rows = list(dataset), {}
+    for number, (name, shape) in enumerate(presets.items()):
+        task = AttributionTask(store.root.resolve(), EstimateSettings(shape=shape), (AS_IT_IS, "masks"))
+
+        def report(done: int, total: int, before: int = number * len(recordings)) -> None:
+            if progress is not None:
+                progress(before + done, total * len(presets))
+
+        made = _rows_by_stage(task, recordings, engine=engine, progress=report)
+        rows["detected", name], rows["true", name] = made[AS_IT_IS], made["masks"]
+    return rows
+
+
+def _key(run: Run) -> str:
+    return digest("attribution", run.key)
+
+
+def _rows_by_stage(
+    task: AttributionTask,
+    recordings: list[Recording],
+    *,
+    engine: Engine,
+    progress: Callable[[int, int], None] | None,
+    cancelled: Callable[[], bool] = never,
+) -> RowsByStage:
+    done = {
+        row["recording_id"]: row.get("rows") or dict.fromkeys(task.stages, row)
+        for row in completed_rows(task, recordings, engine=engine, progress=progress, cancelled=cancelled)
+    }
+    in_order = [done[recording.id] for recording in recordings if recording.id in done]
+    return {stage: [rows[stage] for rows in in_order] for stage in task.stages}
+
+
+def _estimated(recording: Recording, views: Views, predictors: Predictors, **changes: Any) -> Estimate:
+    given: dict[str, Any] = {"shape": predictors.shape, "means": predictors.means, "mass": predictors.mass, **changes}
+    return estimate(recording, detections=views, **given)
+
+
+def _in_true_frames(recording: Recording, found: Views, true: Views, predictors: Predictors) -> Estimate:
+    """The estimate from detections of the frames that the truth chooses for the first pair, else for the second."""
+    inspected = {name: _only(view, found.get(name, ())) for name, view in true.items()}
+    results = []
+    for pair in PAIRS:
+        _, frames = choose_frames(inspected, pair=pair, shape=predictors.shape)
+        results.append(_estimated(recording, {name: _only(view, frames) for name, view in found.items()}, predictors))
+        if results[-1].fit is not None:
+            return results[-1]
+    return results[0]
+
+
+def _only(view: ViewDetections, frames: Iterable[int]) -> ViewDetections:
+    return replace(view, by_frame={frame: view[frame] for frame in frames if frame in view})
 
 
 def _with_true_dimensions(recording: Recording, found: Views, predictors: Predictors) -> Estimate:
-    """The estimate with what is annotated in place of what was measured, and the mass told from that."""
-    measured = _estimated(recording, found, replace(predictors, mass=None))
+    """The estimate with what is annotated in place of what was measured, and the mass that the network then gives."""
+    measured = _estimated(recording, found, predictors, mass=None)
     annotated = {name: getattr(recording.annotation, name, None) for name in GEOMETRY}
     result = replace(measured, **{name: value for name, value in annotated.items() if value})
-    inputs = None if predictors.mass is None else mass_inputs(measured, recording, found)
+    inputs = None if predictors.mass is None else mass_inputs(result, recording, found)
     if predictors.mass is None or inputs is None:
         return result
-    inputs |= {name: getattr(result, name) for name in DIMENSIONS}
     return replace(result, container_mass_g=predictors.mass.predict(**inputs).mass_g)
-
-
-def _heard_as_before(result: Estimate, row: Mapping[str, Any]) -> Row:
-    """The new estimate's row with what the run heard, and the masses that follow from both."""
-    names = ("filling_type", "filling_level", *(f"type_p{index}" for index in range(4)))
-    heard = {name: row.get(name) for name in (*names, *(f"level_p{index}" for index in range(3)))}
-    new = result.row() | heard
-    kind, level = new["filling_type"], new["filling_level"]
-    if kind is None or level is None:
-        return new
-    new["filling_mass_g"] = filling_mass_g(kind, level, capacity_ml=result.capacity_ml)
-    if result.container_mass_g is not None and new["filling_mass_g"] is not None:
-        new["object_mass_g"] = result.container_mass_g + new["filling_mass_g"]
-    return new

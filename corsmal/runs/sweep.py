@@ -1,18 +1,21 @@
 """Capacity and dimensions of many recordings over a grid of L and d_max."""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from corsmal.dataset import Recording
+from corsmal.dataset import Dataset, Recording
+from corsmal.engines.engine import never
 from corsmal.errors import ArgumentError, CorsmalError
 from corsmal.estimation import fit_frame
 from corsmal.parameters import PAIRS, SelectionParameters, ShapeParameters
 from corsmal.quantities import GEOMETRY
+from corsmal.runs.run import Run
 from corsmal.selection import BestFrame, select_best_frame
 from corsmal.shape import Hull, measure_hull
 from corsmal.stages.detections import DetectionSet, load_detections
 from corsmal.stages.fits import calibration_fingerprints
+from corsmal.stages.version import METHOD_VERSION
 from corsmal.store import Store, digest
 
 KIND = "sweeps"
@@ -20,59 +23,90 @@ SETTINGS = ("circumferences", "max_difference_mm")
 """The two axes of the grid, L and d_max."""
 
 
-def sweep_recordings(
-    recordings: Iterable[Recording],
-    *,
-    circumferences: Sequence[int],
-    max_differences_mm: Sequence[float],
-    shape: ShapeParameters,
-    store: Store,
-    progress: Callable[[int, int], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> list[dict[str, Any]]:
-    """What every setting of a grid measures in every recording.
-
-    The best frame does not hang on either setting and the hull on L alone, so a hull is fitted once for each L and
-    measured once for each d_max. As in an estimate, the second pair of views is asked where the first one fails.
+@dataclass(frozen=True)
+class Grid:
+    """What a sweep is made over.
 
     Args:
-        recordings: whose detections are beside their videos or in the store.
+        recordings: ids.
         circumferences: values of L, each at least 2.
         max_differences_mm: values of d_max, not negative.
-        shape: the other parameters.
-        store: gives detections and keeps what was measured, recording by recording.
+
+    Raises:
+        ArgumentError: one of them is empty.
+    """
+
+    recordings: tuple[str, ...]
+    circumferences: tuple[int, ...]
+    max_differences_mm: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not (self.recordings and self.circumferences and self.max_differences_mm):
+            raise ArgumentError("recordings, circumferences and max_differences_mm must each hold at least one value")
+
+
+def sweep_run(
+    run: Run,
+    dataset: Dataset,
+    grid: Grid,
+    *,
+    store: Store,
+    progress: Callable[[int, int], None] | None = None,
+    cancelled: Callable[[], bool] = never,
+) -> list[dict[str, Any]]:
+    """What every setting of a grid measures in recordings of a run; it is kept for the run, see ``load_sweep``.
+
+    The best frame depends on neither setting and the hull on L only, so a hull is fitted once for each L and measured
+    once for each d_max. As in an estimate, the second pair of views is tried where the first one fails.
+
+    Args:
+        run: gives the other parameters.
+        dataset: that it was made on.
+        grid: recordings and settings.
+        store: gives detections, and keeps what was measured in a recording even if the work is cancelled.
         progress: called with the numbers of recordings done and wanted.
-        cancelled: asked between recordings; true stops the work and keeps what was done.
+        cancelled: checked between recordings; true stops the work.
 
     Returns:
         A row per recording and setting: ``recording_id``, ``circumferences``, ``max_difference_mm`` and the four
         quantities, None where neither pair could be measured.
 
     Raises:
-        ArgumentError: the grid is empty or holds a value that cannot be.
+        ArgumentError: the grid holds a value that cannot be.
+        NotFoundError: the dataset lacks a recording.
     """
-    grid = [
-        replace(shape, circumferences=int(count), max_difference_mm=float(step_mm))
-        for count in circumferences
-        for step_mm in max_differences_mm
+    shapes = [
+        replace(run.settings.shape, circumferences=int(count), max_difference_mm=float(step_mm))
+        for count in grid.circumferences
+        for step_mm in grid.max_differences_mm
     ]
-    if not grid:
-        raise ArgumentError("circumferences and max_differences_mm must each hold at least one value")
-    asked = list(recordings)
     rows: list[dict[str, Any]] = []
-    for done, recording in enumerate(asked):
+    for done, name in enumerate(grid.recordings):
         if progress is not None:
-            progress(done, len(asked))
-        if cancelled is not None and cancelled():
-            break
-        rows += _recording_rows(recording, grid, store)
+            progress(done, len(grid.recordings))
+        if cancelled():
+            return rows
+        rows += _recording_rows(dataset[name], shapes, store)
+    store.save_json(KIND, _run_key(run, grid), {"rows": rows})
     return rows
+
+
+def load_sweep(run: Run, grid: Grid, *, store: Store) -> list[dict[str, Any]] | None:
+    """What ``sweep_run`` kept for a run as it is now; None where there is nothing."""
+    kept = store.json(KIND, _run_key(run, grid))
+    return None if kept is None else list(kept["rows"])
+
+
+def _run_key(run: Run, grid: Grid) -> str:
+    return digest("sweep of a run", METHOD_VERSION, run.key, grid)
 
 
 def _recording_rows(recording: Recording, grid: Sequence[ShapeParameters], store: Store) -> list[dict[str, Any]]:
     try:
         found = load_detections(recording, store=store)
-        key = digest("sweep", found.key, calibration_fingerprints(recording), SelectionParameters(), list(grid))
+        key = digest(
+            "sweep", METHOD_VERSION, found.key, calibration_fingerprints(recording), SelectionParameters(), list(grid)
+        )
     except CorsmalError:
         return [_row(recording, shape, None) for shape in grid]
     kept = store.json(KIND, key)

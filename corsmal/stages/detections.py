@@ -77,6 +77,14 @@ def detections_origin(recording: Recording, *, store: Store) -> str:
     return digest("origin of detections", *origins)
 
 
+def needs_detection(recording: Recording, detector_digest: str, *, store: Store) -> bool:
+    """Whether a view without a detections file has no detections, or those of one detector, maybe not all of them."""
+    views = [recording.views[name] for name in METHOD_VIEWS if name in recording.views]
+    return any(
+        _latest(view, store) in (None, _key(view, detector_digest)) for view in views if view.detections_path is None
+    )
+
+
 def detect_recording(
     recording: Recording,
     detector: Detector,
@@ -184,7 +192,7 @@ class _ViewWork:
 
     def __init__(self, view: View, detector: Detector, store: Store) -> None:
         self._view, self._detector, self._store = view, detector, store
-        self._key = digest("detections", file_fingerprint(view.video_path), detector.digest)
+        self._key = _key(view, detector.digest)
         self._found = _read_kept(self._key, store)
         with view.video() as video:
             self.frame_count = video.frame_count
@@ -231,6 +239,11 @@ class _ViewWork:
         return found
 
 
+def _key(view: View, detector_digest: str) -> str:
+    """Where the store keeps what a detector found in a view."""
+    return digest("detections", file_fingerprint(view.video_path), detector_digest)
+
+
 def _kept_file(key: str, store: Store) -> Path:
     return store.file("detections", key, ".parquet")
 
@@ -240,10 +253,9 @@ def _read_kept(key: str, store: Store) -> ViewDetections | None:
 
 
 def _latest(view: View, store: Store) -> str | None:
-    """The key of what the last detector found in a view."""
-    latest = store.json("latest", _latest_key(view))
-    key = latest.get("detections") if latest else None
-    return key if isinstance(key, str) else None
+    """The key of what the last detector found in a view; None where there is nothing."""
+    key = (store.json("latest", _latest_key(view)) or {}).get("detections")
+    return key if isinstance(key, str) and _kept_file(key, store).is_file() else None
 
 
 def _latest_key(view: View) -> str:

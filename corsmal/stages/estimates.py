@@ -41,10 +41,15 @@ class Predictors:
     features: Path | None = None
 
     @property
+    def digests(self) -> dict[str, str | None]:
+        """Of the networks, by ``filling`` and ``mass``; None where one is left out."""
+        networks = {"filling": self.filling, "mass": self.mass}
+        return {name: None if network is None else network.digest for name, network in networks.items()}
+
+    @property
     def key(self) -> str:
-        """A digest of everything that the numbers depend on."""
-        digests = [None if part is None else part.digest for part in (self.filling, self.mass)]
-        return digest("predictors", METHOD_VERSION, self.shape, SelectionParameters(), dict(self.means), digests)
+        """A digest of everything that the numbers depend on, the version of the method included."""
+        return digest("predictors", METHOD_VERSION, self.shape, SelectionParameters(), dict(self.means), self.digests)
 
 
 def load_estimate(recording: Recording, predictors: Predictors, *, store: Store) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from corsmal.detection import Detector
 from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import DetectionSet, detect_recording
+from corsmal.stages.settings import SEARCH_STEP
 from corsmal.store import Store
 from corsmal.ui import data, session
 from corsmal.ui.components import notes, plain
@@ -15,7 +16,6 @@ from corsmal.ui.viewer import longest_view
 from corsmal.weights import find_weights
 
 DETECTORS = {"coco": "Mask R-CNN, COCO weights", "demo": "small Mask R-CNN of the demo"}
-SEARCH_STEP = 10
 
 
 def open_detected() -> tuple[Recording, int]:

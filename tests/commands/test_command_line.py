@@ -9,16 +9,16 @@ import pytest
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
-from corsmal.commands import detector as detector_commands
-from corsmal.commands import engines
 from corsmal.dataset import open_dataset
-from corsmal.engines.tasks import DetectTask
+from corsmal.engines import local
+from corsmal.engines.tasks import open_detector
 from corsmal.errors import CorsmalError
 from corsmal.estimation import estimate
 from corsmal.evaluation import container_table, error_table, export_table, read_estimates, read_submission
 from corsmal.filling import FillingPredictor, FillingTraining
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import load_detections
+from corsmal.stages.settings import DetectorSettings
 from corsmal.store import Store
 from tests.fakes import FakeDetector
 from tests.networks import write_networks
@@ -41,12 +41,13 @@ def detector(monkeypatch):
     made = FakeDetector()
     made.asked = []
 
-    def open_fake(task):
-        made.asked.append((task.weights and task.weights.name, task.method))
+    def open_fake(settings, **_options):
+        made.asked.append((settings.weights and settings.weights.name, settings.method))
         return made
 
-    monkeypatch.setattr(DetectTask, "open", open_fake)
-    monkeypatch.setattr(engines, "_default_workers", lambda: 1)
+    monkeypatch.setattr(DetectorSettings, "open", open_fake)
+    monkeypatch.setattr(local, "default_workers", lambda: 1)
+    open_detector.cache_clear()
     return made
 
 
@@ -85,7 +86,7 @@ def test_detections_are_kept_in_the_store(tiny_dataset_root, detector, cache):
     command = ["detect", str(tiny_dataset_root), WITHOUT_FILES, "--demo-weights", "--every", "10"]
     result = RUNNER.invoke(cli.app, command)
     assert result.exit_code == 0, result.output
-    assert set(detector.asked) == {("detector.safetensors", "small")}
+    assert set(detector.asked) == {("detector.safetensors", "demo")}
     found = load_detections(open_dataset(tiny_dataset_root)[WITHOUT_FILES], store=Store(cache))
     for view in METHOD_VIEWS:  # 0 and 10, then 5, 3, 2 and 1 beside the best, which is the first of equals
         assert found.views[view].frames == (0, 1, 2, 3, 5, 10)
@@ -317,8 +318,8 @@ def test_engines_that_cannot_be_are_refused(tiny_dataset_root, networks, options
 
 
 def test_a_gpu_is_used_by_one_process(tiny_dataset_root, detector, monkeypatch):
-    monkeypatch.setattr(detector_commands, "has_gpu", lambda: True)
-    monkeypatch.setattr(engines, "_default_workers", lambda: 8)
+    monkeypatch.setattr(local, "has_gpu", lambda: True)
+    monkeypatch.setattr(local, "default_workers", lambda: 8)
     assert RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root)]).exit_code == 0
     assert detector.seen  # here: in this process
     refused = RUNNER.invoke(cli.app, ["detect", str(tiny_dataset_root), "--workers", "2"])

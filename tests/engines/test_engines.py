@@ -10,10 +10,13 @@ import pytest
 from distributed import LocalCluster
 
 from corsmal.engines.dask_cluster import DaskCluster
-from corsmal.engines.engine import in_turn, run_batch
+from corsmal.engines.engine import completed_rows, in_turn, run_batch
 from corsmal.engines.processes import Processes
-from corsmal.engines.tasks import DetectTask, EstimateTask
+from corsmal.engines.tasks import DetectTask, EstimateTask, open_detector
 from corsmal.errors import CorsmalError
+from corsmal.stages.settings import EstimateSettings, find_detector
+from corsmal.stages.version import METHOD_VERSION
+from corsmal.weights import find_weights
 from tests.engines.faulty import Faulty, wait_for
 from tests.networks import write_networks
 
@@ -21,8 +24,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")
-def networks(tmp_path_factory):
-    return write_networks(tmp_path_factory.mktemp("networks"))
+def settings(tmp_path_factory):
+    paths = write_networks(tmp_path_factory.mktemp("networks"))
+    return EstimateSettings(**{name: find_weights(name, path) for name, path in paths.items()})
 
 
 @pytest.fixture(scope="module")
@@ -51,11 +55,11 @@ def broken(dataset, tmp_path):
 
 
 @pytest.mark.parametrize("engine", ["processes", "dask"], indirect=True)
-def test_every_engine_gives_the_same_rows(engine, broken, networks, tmp_path):
+def test_every_engine_gives_the_same_rows(engine, broken, settings, tmp_path):
     steps = []
-    expected = run_batch(EstimateTask(tmp_path / "one", **networks), broken)
+    expected = run_batch(EstimateTask(tmp_path / "one", settings), broken)
     rows = run_batch(
-        EstimateTask(tmp_path / "other", **networks),
+        EstimateTask(tmp_path / "other", settings),
         broken,
         engine=engine,
         progress=lambda *step: steps.append(step),
@@ -75,6 +79,14 @@ def test_what_happens_to_one_recording_is_one_row_with_the_reason(engine, datase
     assert rows["clear"]["notes"] == "the recording is broken"
     assert "stopped unexpectedly: ZeroDivisionError" in rows["unforeseen"]["notes"]
     assert engine is in_turn or "ended" in rows["deadly"]["notes"]
+
+
+def test_cancelled_work_ends_early(engine, dataset):
+    recordings = [replace(dataset["000000"], id=str(number)) for number in range(8)]
+    done = []
+    cancelled = {"progress": lambda step, _: done.append(step), "cancelled": lambda: 2 in done}
+    rows = list(completed_rows(Faulty(), recordings, engine=engine, **cancelled))
+    assert [row["status"] for row in rows] == ["done", "done"]
 
 
 def test_no_recordings_are_no_rows(engine):
@@ -111,10 +123,17 @@ def test_a_scheduler_that_does_not_answer_is_one_sentence(dataset, monkeypatch):
         run_batch(Faulty(), list(dataset), engine=DaskCluster("tcp://127.0.0.1:1"))
 
 
-def test_networks_that_differ_from_those_that_are_meant_are_refused(dataset, networks, tmp_path):
-    rows = run_batch(EstimateTask(tmp_path, **networks, key="another"), [dataset["000000"]])
+def test_networks_and_versions_that_differ_from_those_that_are_meant_are_refused(
+    dataset, settings, tmp_path, monkeypatch
+):
+    task = EstimateTask(tmp_path, settings, key=settings.open().key)
+    monkeypatch.setattr("corsmal.stages.estimates.METHOD_VERSION", METHOD_VERSION + 1)
+    rows = run_batch(task, [dataset["000000"]])
+    assert "the networks or the version of the method on" in rows[0]["notes"]
     assert "differ from those where the run was started" in rows[0]["notes"]
-    task = DetectTask(tmp_path, method="small", weights=ROOT / "corsmal/demo/weights/detector.safetensors")
-    assert replace(task, digest=task.detector("cpu").digest).detector("cpu").digest
+    detector = find_detector("demo")
+    assert open_detector(detector, detector.open().digest).digest
     with pytest.raises(CorsmalError, match="the detector's weights"):
-        replace(task, digest="another").detector("cpu")
+        open_detector(detector, "another")
+    rows = run_batch(DetectTask(tmp_path, detector, "another"), [dataset["000000"]])
+    assert rows[0]["status"] == "failed"

@@ -6,13 +6,13 @@ import pytest
 from corsmal.dataset import open_dataset
 from corsmal.estimation import (
     Fit,
+    choose_frames,
     combine_fits,
     estimate,
     file_detections,
-    fit_best_frames,
     fit_frame,
 )
-from corsmal.estimation.several import CAPACITY_SCALE, LENGTH_SCALE, all_scored
+from corsmal.estimation.several import CAPACITY_SCALE, LENGTH_SCALE
 from corsmal.parameters import ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import select_best_frame
@@ -113,16 +113,16 @@ def test_an_estimate_over_several_frames_carries_intervals_into_its_row(tiny):
 
 
 def test_frames_are_the_best_of_equal_stretches(tiny):
-    recording, detections = tiny
-    best = select_best_frame(detections)
+    _, detections = tiny
+    best, frames = choose_frames(detections, pair=PAIR, shape=ShapeParameters(frames=2))
     totals = {score.frame: score.total for score in best.scores if score.total is not None}
-    frames = sorted(totals)
-    fits = fit_best_frames(recording, detections, best=best, shape=ShapeParameters(frames=2))
-    half = (len(frames) + 1) // 2
-    assert [fit.frame for fit in fits] == [max(part, key=totals.get) for part in (frames[:half], frames[half:])]
-    assert best.frame in {fit.frame for fit in fits}
-    [alone] = fit_best_frames(recording, detections, best=best, shape=ShapeParameters.paper())
-    assert alone.frame == best.frame
+    scored = sorted(totals)
+    half = (len(scored) + 1) // 2
+    assert frames == [max(part, key=totals.get) for part in (scored[:half], scored[half:])]
+    assert best.frame in frames
+    alone, frames = choose_frames(detections, pair=PAIR, shape=ShapeParameters.paper())
+    assert frames == [alone.frame] == [select_best_frame(detections).frame]
+    assert choose_frames({}, pair=PAIR, shape=ShapeParameters.paper())[1] == []
 
 
 def test_the_third_view_joins_where_it_shows_the_container(tiny):
@@ -140,9 +140,8 @@ def test_the_third_view_joins_where_it_shows_the_container(tiny):
 def test_several_frames_are_chosen_whatever_the_centre_rule_left(tiny):
     recording, detections = tiny
     best = select_best_frame(detections)
-    lonely = replace(best, scores=tuple(score for score in best.scores if score.frame == best.frame))
-    found = all_scored(lonely, detections)
-    assert found.centre_rule == "none"
+    found, _ = choose_frames(detections, pair=PAIR, shape=ShapeParameters.tuned())
+    assert best.centre_rule != found.centre_rule == "none"
     assert {score.frame for score in found.scores} == set(detections["view3"]) & set(detections["view1"])
     assert estimate(recording, detections=detections, shape=ShapeParameters.tuned()).centre_rule == "none"
     assert estimate(recording, detections=detections).centre_rule == best.centre_rule

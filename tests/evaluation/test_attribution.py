@@ -1,9 +1,17 @@
 import math
 
+import pandas as pd
 import pytest
 
 from corsmal.errors import ArgumentError
-from corsmal.evaluation import KNOWN_STAGES, blame_table, container_table, error_table, with_true
+from corsmal.evaluation import (
+    ablation_table,
+    attribution_table,
+    container_table,
+    error_table,
+    estimates_table,
+    with_true_filling,
+)
 from tests.evaluation.made import made_annotation, perfect_estimates
 
 
@@ -22,52 +30,61 @@ def estimates(annotation):
     return table
 
 
-@pytest.mark.parametrize(
-    ("stage", "gone", "left"),
-    [
-        ("dimensions", ["capacity_mape", "height_mape"], {"mass_mape": 100}),
-        ("filling", ["filling_type_mpf1"], {"capacity_mape": 50, "height_mape": 20}),
-        ("container mass", ["mass_mape"], {"capacity_mape": 50}),
-    ],
-)
-def test_true_stage_makes_no_error_and_leaves_the_others(annotation, estimates, stage, gone, left):
-    table = container_table(error_table(with_true(estimates, annotation, stage), annotation))
-    for metric in gone:
-        assert table[metric].eq(100 if metric.endswith("mpf1") else 0).all()
-    for metric, value in left.items():
+def test_true_filling_makes_no_error_and_leaves_the_others(annotation, estimates):
+    table = container_table(error_table(with_true_filling(estimates, annotation), annotation))
+    assert table["filling_type_mpf1"].eq(100).all()
+    for metric, value in {"capacity_mape": 50, "height_mape": 20, "mass_mape": 100}.items():
         assert table[metric].tolist() == pytest.approx([value] * 4)
 
 
-def test_masses_follow_from_what_is_true(annotation, estimates):
-    table = with_true(with_true(estimates, annotation, "dimensions"), annotation, "filling")
+def test_masses_follow_from_the_true_filling(annotation, estimates):
+    true = perfect_estimates(annotation).assign(container_mass_g=estimates["container_mass_g"], filling_type=2)
+    table = with_true_filling(true, annotation)
     assert table["filling_mass_g"].tolist() == pytest.approx(annotation["filling mass"].tolist())
     expected = annotation["filling mass"] + 2 * annotation["container mass"]
     assert table["object_mass_g"].tolist() == pytest.approx(expected.tolist())
 
 
 def test_what_the_annotation_does_not_know_stays_as_estimated(annotation, estimates):
-    annotation.loc[0, "height"] = math.nan
-    table = with_true(estimates, annotation, "dimensions")
-    assert table["height_mm"].tolist()[:2] == [pytest.approx(0.8 * 119), 88]
+    annotation["filling type"] = annotation["filling type"].astype("float64")
+    annotation.loc[0, "filling type"] = math.nan
+    assert with_true_filling(estimates, annotation)["filling_type"].iloc[0] == 2
 
 
-def test_blame_by_hand(annotation, estimates):
-    runs = {"as it is": error_table(estimates, annotation)}
-    half = estimates.assign(capacity_ml=estimates["capacity_ml"] * 1.25 / 1.5, height_mm=estimates["height_mm"] * 0.5)
-    runs["half"] = error_table(half, annotation)
-    runs |= {stage: error_table(with_true(estimates, annotation, stage), annotation) for stage in KNOWN_STAGES}
-    blame = blame_table(runs).set_index(["stage", "container"])
-    assert len(blame) == 4 * 4
-    assert blame.loc[("half", "red cup"), "capacity_mape"] == pytest.approx(25)
-    assert blame.loc[("half", "red cup"), "capacity_mape_removed"] == pytest.approx(50)
-    assert blame.loc[("half", "Average"), "height_mape_removed"] == pytest.approx(-200)
-    assert blame.loc[("dimensions", "Average"), "capacity_mape_removed"] == pytest.approx(100)
-    assert blame.loc[("filling", "cereal box"), "filling_type_mpf1_removed"] == pytest.approx(100)
-    assert math.isnan(blame.loc[("filling", "red cup"), "width_top_mape_removed"])
+def test_attribution_by_hand(annotation, estimates):
+    half = estimates.assign(
+        capacity_ml=estimates["capacity_ml"] * 1.25 / 1.5,
+        height_mm=estimates["height_mm"] * 0.5,
+        filling_type=pd.NA,  # the filling is the run's, and what the networks were trained on
+        mass_held_out=pd.NA,
+    )
+    table = attribution_table(estimates, {"half": half}, annotation).set_index(["stage", "container"])
+    assert len(table) == 3 * 4
+    assert list(dict.fromkeys(table.index.get_level_values("stage"))) == ["as it is", "half", "filling"]
+    assert table.loc[("as it is", "red cup"), "capacity_mape"] == pytest.approx(50)
+    assert table.loc[("as it is", "red cup"), "capacity_mape_removed"] == 0
+    assert table.loc[("half", "red cup"), "capacity_mape"] == pytest.approx(25)
+    assert table.loc[("half", "red cup"), "capacity_mape_removed"] == pytest.approx(50)
+    assert table.loc[("half", "Average"), "height_mape_removed"] == pytest.approx(-200)
+    assert table.loc[("half", "cereal box"), "filling_type_mpf1_removed"] == 0
+    assert table.loc[("filling", "cereal box"), "filling_type_mpf1_removed"] == pytest.approx(100)
+    assert math.isnan(table.loc[("filling", "red cup"), "width_top_mape_removed"])
 
 
-def test_bad_input_is_one_clear_sentence(annotation, estimates):
-    with pytest.raises(ArgumentError, match="stage must be one of dimensions, filling, container mass, got 'masks'"):
-        with_true(estimates, annotation, "masks")
-    with pytest.raises(ArgumentError, match="runs must hold the run as it is and one with a stage replaced, got 1"):
-        blame_table({"a": error_table(estimates, annotation)})
+def test_ablation_by_hand(annotation, estimates):
+    annotation["container id"] = annotation["container id"].replace({annotation["container id"].iloc[-1]: 12})
+    rows = estimates.assign(height_mm_low=0.7 * estimates["height_mm"], height_mm_high=1.3 * estimates["height_mm"])
+    rows.loc[0, ["capacity_ml", "width_top_mm"]] = math.nan
+    table = ablation_table({("detected", "tuned"): estimates_table(rows)}, annotation)
+    found = table.loc[("detected", "tuned", "all")]
+    assert found["height_mm"] == pytest.approx(20)
+    assert found["capacity_ml"] == pytest.approx(50)
+    assert found["failed"] == 1
+    assert found["height_mm inside"] == 100  # 0.8 of the truth, times 1.3, is above it
+    assert math.isnan(found["capacity_ml inside"])
+    assert table.loc[("detected", "tuned", "unseen"), "failed"] == 0
+
+
+def test_bad_input_is_one_clear_sentence(annotation):
+    with pytest.raises(ArgumentError, match="estimates must hold at least one table"):
+        ablation_table({}, annotation)

@@ -6,11 +6,18 @@ from corsmal.errors import ArgumentError
 from corsmal.estimation import estimate
 from corsmal.parameters import ShapeParameters
 from corsmal.quantities import GEOMETRY
+from corsmal.runs import make_run
 from corsmal.runs import sweep as sweeping
-from corsmal.runs.sweep import sweep_recordings
+from corsmal.runs.sweep import Grid, load_sweep, sweep_run
 
-COUNTS, STEPS_MM = (20, 60), (0.0, 0.4, 1.0, 5.0)
-GRID = {"circumferences": COUNTS, "max_differences_mm": STEPS_MM, "shape": ShapeParameters.paper()}
+IDS = ("000000", "000001", "000002")
+GRID = Grid(IDS, circumferences=(20, 60), max_differences_mm=(0.0, 0.4, 1.0, 5.0))
+SETTINGS = 8
+
+
+@pytest.fixture(scope="module")
+def run(dataset, settings, tmp_path_factory):
+    return make_run("first", dataset, settings, store=sweeping.Store(tmp_path_factory.mktemp("store")))
 
 
 @pytest.fixture
@@ -27,51 +34,71 @@ def fits(monkeypatch):
     return seen
 
 
-def test_every_setting_measures_what_an_estimate_with_it_would(dataset, store):
-    rows = sweep_recordings(dataset, **GRID, store=store)
-    assert len(rows) == len(dataset) * len(COUNTS) * len(STEPS_MM)
+def with_shape(run, **changes):
+    return replace(run, settings=replace(run.settings, shape=ShapeParameters(**changes)))
+
+
+def test_every_setting_measures_what_an_estimate_with_it_would(run, dataset, store):
+    rows = sweep_run(run, dataset, GRID, store=store)
+    assert len(rows) == len(dataset) * SETTINGS
     for row in rows:
-        shape = replace(GRID["shape"], circumferences=row["circumferences"], max_difference_mm=row["max_difference_mm"])
-        alone = estimate(dataset[row["recording_id"]], shape=shape)
+        settings = {name: row[name] for name in ("circumferences", "max_difference_mm")}
+        alone = estimate(dataset[row["recording_id"]], shape=ShapeParameters(**settings))
         assert [row[name] for name in GEOMETRY] == [getattr(alone, name) for name in GEOMETRY]
 
 
-def test_recordings_that_cannot_be_measured_have_no_numbers(dataset, store):
-    rows = sweep_recordings([dataset["000002"]], **GRID, store=store)  # without detections
-    assert len(rows) == len(COUNTS) * len(STEPS_MM)
+def test_recordings_that_cannot_be_measured_have_no_numbers(run, dataset, store):
+    rows = sweep_run(run, dataset, replace(GRID, recordings=("000002",)), store=store)  # without detections
+    assert len(rows) == SETTINGS
     assert {row[name] for row in rows for name in GEOMETRY} == {None}
 
 
-def test_a_hull_is_fitted_once_for_each_number_of_circumferences(dataset, store, fits):
-    steps_mm = (0.5, 1.0, 5.0)
-    sweep_recordings(
-        [dataset["000000"]], circumferences=(40, 60), max_differences_mm=steps_mm, shape=GRID["shape"], store=store
-    )
+def test_a_hull_is_fitted_once_for_each_number_of_circumferences(run, dataset, store, fits):
+    sweep_run(run, dataset, Grid(IDS[:1], (40, 60), (0.5, 1.0, 5.0)), store=store)
     assert sorted(fits) == [("000000", 40), ("000000", 60)]
 
 
-def test_what_was_measured_is_read_the_next_time(dataset, store, fits):
-    first = sweep_recordings(dataset, **GRID, store=store)
+def test_what_was_measured_is_read_the_next_time(run, dataset, store, fits):
+    first = sweep_run(run, dataset, GRID, store=store)
     count = len(fits)
-    assert sweep_recordings(dataset, **GRID, store=store) == first
+    assert sweep_run(run, dataset, GRID, store=store) == first
     assert len(fits) == count
-    sweep_recordings([dataset["000000"]], **{**GRID, "shape": ShapeParameters(points=23)}, store=store)
+    sweep_run(with_shape(run, points=23), dataset, GRID, store=store)
     assert len(fits) > count
 
 
-def test_progress_is_told_and_stopping_keeps_what_was_done(dataset, store, fits):
+def test_a_sweep_is_kept_for_its_run_grid_and_version(run, dataset, store, monkeypatch):
+    rows = sweep_run(run, dataset, GRID, store=store)
+    assert load_sweep(run, GRID, store=store) == rows
+    assert load_sweep(with_shape(run, points=23), GRID, store=store) is None
+    assert load_sweep(run, replace(GRID, circumferences=(20,)), store=store) is None
+    monkeypatch.setattr(sweeping, "METHOD_VERSION", sweeping.METHOD_VERSION + 1)
+    assert load_sweep(run, GRID, store=store) is None
+
+
+def test_another_version_of_the_method_measures_anew(run, dataset, store, fits, monkeypatch):
+    sweep_run(run, dataset, GRID, store=store)
+    count = len(fits)
+    monkeypatch.setattr(sweeping, "METHOD_VERSION", sweeping.METHOD_VERSION + 1)
+    sweep_run(run, dataset, GRID, store=store)
+    assert len(fits) == 2 * count
+
+
+def test_progress_is_reported_and_stopping_keeps_what_was_done(run, dataset, store, fits):
     steps = []
-    rows = sweep_recordings(
+    rows = sweep_run(
+        run,
         dataset,
-        **GRID,
+        GRID,
         store=store,
         progress=lambda done, total: steps.append((done, total)),
         cancelled=lambda: len(steps) > 1,
     )
     assert steps == [(0, 3), (1, 3)]
     assert {row["recording_id"] for row in rows} == {"000000"}
+    assert load_sweep(run, GRID, store=store) is None
     count = len(fits)
-    sweep_recordings([dataset["000000"]], **GRID, store=store)
+    sweep_run(run, dataset, replace(GRID, recordings=IDS[:1]), store=store)
     assert len(fits) == count
 
 
@@ -79,11 +106,11 @@ def test_progress_is_told_and_stopping_keeps_what_was_done(dataset, store, fits)
     ("change", "said"),
     [
         ({"circumferences": ()}, "at least one value"),
-        ({"max_differences_mm": []}, "at least one value"),
+        ({"max_differences_mm": ()}, "at least one value"),
         ({"circumferences": (1, 20)}, "circumferences must be at least 2"),
         ({"max_differences_mm": (-0.1,)}, "max_difference_mm must not be negative"),
     ],
 )
-def test_a_grid_that_cannot_be_is_refused(dataset, store, change, said):
+def test_a_grid_that_cannot_be_is_refused(run, dataset, store, change, said):
     with pytest.raises(ArgumentError, match=said):
-        sweep_recordings(dataset, **{**GRID, **change}, store=store)
+        sweep_run(run, dataset, replace(GRID, **change), store=store)

@@ -5,21 +5,20 @@ from functools import partial
 import pandas as pd
 import streamlit as st
 
-from corsmal.evaluation import TABLE_FORMATS, export_table, submission_table
+from corsmal.dataset import Dataset
+from corsmal.evaluation import TABLE_FORMATS, export_table, submission_csv, submission_table
 from corsmal.evaluation.exporting import TableFormat
 from corsmal.runs.run import Run
-from corsmal.ui.evaluation import cached as evaluation
 
 ENDINGS = {"csv": "csv", "latex": "tex", "html": "html"}
 
 
-def submission(run: Run) -> None:
-    """Buttons for the estimates themselves and for the challenge's file."""
-    estimates = evaluation.estimates(run)
+def submission(run: Run, dataset: Dataset) -> None:
+    """Buttons for the estimates themselves and for the challenge's file, with a row for every recording."""
     left, right = st.columns(2)
     left.download_button(
         "Estimates as CSV",
-        partial(_csv, estimates),
+        lambda: run.table.to_csv(index=False).encode(),
         f"{run.name}_estimates.csv",
         icon=":material/table:",
         on_click="ignore",
@@ -27,7 +26,7 @@ def submission(run: Run) -> None:
     )
     right.download_button(
         "The challenge's submission file",
-        lambda: _csv(submission_table(estimates)),
+        lambda: submission_csv(submission_table(run.table, recordings=dataset.ids)).encode(),
         f"{run.name}_submission.csv",
         icon=":material/upload_file:",
         on_click="ignore",
@@ -58,10 +57,6 @@ def downloads(table: pd.DataFrame, *, name: str) -> None:
             on_click="ignore",
             width="stretch",
         )
-
-
-def _csv(table: pd.DataFrame) -> bytes:
-    return table.to_csv(index=False).encode()
 
 
 def _exported(table: pd.DataFrame, table_format: TableFormat) -> bytes:

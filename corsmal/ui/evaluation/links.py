@@ -14,7 +14,6 @@ from corsmal.quantities import BY_METRIC
 from corsmal.runs.run import Run
 from corsmal.ui import session
 from corsmal.ui.components import plain
-from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.evaluation.cached import METRIC_NAMES, STAGE_PAGES
 
 FOCUS = "evaluation_focus"
@@ -106,7 +105,7 @@ def clicked_row(table: pd.DataFrame, *, run: Run, metric: str | list[str], key: 
 
 def behind_table(run: Run, dataset: Dataset, errors: pd.DataFrame, *, metric: str) -> pd.DataFrame:
     """What a metric is made from, recording by recording."""
-    estimates = evaluation.estimates(run).set_index("recording_id").loc[errors.index]
+    estimates = run.table.set_index("recording_id").loc[errors.index]
     truth = dataset.table.loc[errors.index]
     columns: dict[str, Any] = {"container": errors["container"]}
     quantity = BY_METRIC.get(metric)
@@ -134,7 +133,7 @@ def open_recording(run: Run, recording: str, *, metric: str) -> None:
     pair = tuple(str(row.get("pair") or "").split(" + "))
     session.choose(
         recording=recording,
-        shape=run.shape,
+        shape=run.settings.shape,
         frame=row.get("best_frame"),
         pair=pair if pair in PAIRS else None,
         crop_s=None,

@@ -22,15 +22,14 @@ def report_section(run: Run, dataset: Dataset) -> None:
         "By container: MPF1 and MAPE in %": by_container,
         "Beside the paper's Table 2": beside_paper(by_container),
         "The challenge's scores in %": evaluation.scores(run, dataset, split="other").rename("score").reset_index(),
-        "Recordings": evaluation.estimates(run),
+        "Recordings": run.table,
     }
     parameters = {
         "run": run.name,
-        "made": run.created,
         "dataset": dataset.root.name,
-        "recordings": len(run.rows),
+        **run.facts(),
         "files": run.data_digest,
-        **{f"{part} network": digest for part, digest in run.networks.items()},
-        **asdict(run.shape),
+        **{f"{part} digest": digest for part, digest in run.digests.items() if digest is not None},
+        **asdict(run.settings.shape),
     }
     report_panel(f"Run {run.name}", tables, parameters)

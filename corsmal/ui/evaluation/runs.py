@@ -1,28 +1,28 @@
-"""Which run is looked at; starting, stopping, resuming and deleting one."""
+"""The run that is shown; starting, stopping, resuming and deleting one."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Sequence
 
 import streamlit as st
 
 from corsmal.dataset import Dataset, Recording
-from corsmal.errors import CorsmalError
+from corsmal.engines.local import local_engine
 from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS, ShapeParameters
-from corsmal.runs.run import Run, delete_run, record_run
-from corsmal.stages.detections import detect_recording, load_detections
-from corsmal.store import Store
+from corsmal.runs.making import make_run, numbered_names
+from corsmal.runs.run import Run, delete_run
+from corsmal.stages.settings import SEARCH_STEP, DetectorSettings, EstimateSettings, default_settings, find_detector
 from corsmal.ui import data, session
 from corsmal.ui.components import guarded, plain
-from corsmal.ui.detecting import DETECTORS, SEARCH_STEP, open_detector
+from corsmal.ui.detecting import DETECTORS
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.jobs import Job, progress_text
+from corsmal.weights import find_weights
 
 RUN = "evaluation_run"
 OWN = "as on the Shape page"
 
 
 def chosen_run(dataset: Dataset) -> Run | None:
-    """The run that is looked at, under the controls for it; None while there is none."""
+    """The run that is shown, under the controls for it; None while there is none."""
     found = evaluation.runs(dataset)
     key = job_key(dataset)
     job = data.jobs().get(key)
@@ -78,7 +78,8 @@ def _without_runs(dataset: Dataset, *, is_running: bool) -> None:
         return
     st.info(
         "There is no run on this dataset yet. A run estimates everything about many recordings and is kept under a "
-        "name, with its parameters and the digests of weights and files.",
+        "name, with its parameters and the digests of weights and files. Runs made by `python -m corsmal estimate` are "
+        "listed here too.",
         icon=":material/play_circle:",
     )
     with st.container(border=True):
@@ -110,7 +111,7 @@ def _picker(dataset: Dataset, found: list[Run]) -> Run:
             on_click=_resume,
             args=(dataset, run),
             width="stretch",
-            help="Estimates again where detections or files are new; the rest is read from the store.",
+            help="Detects and estimates again where files or detections are new; the rest is read from the store.",
         )
         st.button("Delete", icon=":material/delete:", on_click=_delete, args=(run,), width="stretch", key="delete_run")
     return run
@@ -122,15 +123,16 @@ def _label(run: Run) -> str:
 
 
 def _about(dataset: Dataset, run: Run, *, is_running: bool) -> None:
-    st.caption(f":material/tune: {evaluation.run_line(run)}")
+    facts = [f"{name}: {value}" for name, value in run.facts().items()]
+    st.caption(f":material/tune: {plain(' · '.join(facts))}")
     if run.is_complete or is_running:
         return
     left, right = st.columns([5, 1.4], vertical_alignment="center")
     left.warning(
-        f"This run was stopped: {len(run.rows)} of {len(run.recordings)} recordings are estimated.",
+        f"This run is incomplete: {len(run.rows)} of {len(run.recordings)} recordings are estimated.",
         icon=":material/pause_circle:",
     )
-    right.button("Go on", icon=":material/play_arrow:", on_click=_resume, args=(dataset, run), width="stretch")
+    right.button("Resume", icon=":material/play_arrow:", on_click=_resume, args=(dataset, run), width="stretch")
 
 
 def _new_run(dataset: Dataset, taken: list[str]) -> None:
@@ -140,28 +142,25 @@ def _new_run(dataset: Dataset, taken: list[str]) -> None:
     preset = st.segmented_control(
         "Parameters of the fit", list(presets), default="paper", required=True, key="run_preset"
     )
-    name = st.text_input("Name", _free_name(str(preset), taken), max_chars=60, key=f"run_name {preset} {len(taken)}")
+    free = next(name for name in numbered_names(str(preset)) if name not in taken)
+    name = st.text_input("Name", free, max_chars=60, key=f"run_name {preset} {len(taken)}")
     ids = _recordings_control(dataset)
     detector = _detector_control(dataset[ids[0]] if ids else None)
-    for network, path in evaluation.missing_weights().items():
-        st.caption(
-            f":material/info: No {network} network: its weights are not in {plain(str(path))}. The run leaves out what "
-            f"it would tell; train one with `python -m corsmal train {network} ROOT RUN` and name it in "
-            f"`CORSMAL_{network.upper()}_WEIGHTS`."
-        )
+    for weights in (find_weights("filling"), find_weights("mass")):
+        if not weights.path.is_file():
+            st.caption(
+                f":material/info: No {weights.kind} network: its weights are not in {plain(str(weights.path))}. "
+                f"The run leaves out its estimates; train it with `python -m corsmal train {weights.kind} ROOT RUN` "
+                f"and name it in `CORSMAL_{weights.kind.upper()}_WEIGHTS`."
+            )
     job = data.jobs().get(job_key(dataset))
     is_running = job is not None and job.active
     if st.button("Run", type="primary", icon=":material/play_arrow:", disabled=not ids or is_running, key="start_run"):
         st.session_state[RUN] = name.strip()
-        start(dataset, name, ids, presets[str(preset)], detector=detector)
+        start(dataset, name, ids, default_settings(dataset, shape=presets[str(preset)], detector=detector))
         st.rerun()
     if is_running:
         st.caption("Another run on this dataset is being made.")
-
-
-def _free_name(base: str, taken: list[str]) -> str:
-    names = [base, *(f"{base} {number}" for number in range(2, len(taken) + 3))]
-    return next(name for name in names if name not in taken)
 
 
 def _recordings_control(dataset: Dataset) -> list[str]:
@@ -181,10 +180,10 @@ def _recordings_control(dataset: Dataset) -> list[str]:
     return groups[str(group)]
 
 
-def _detector_control(example: Recording | None) -> str | None:
+def _detector_control(example: Recording | None) -> DetectorSettings | None:
     is_demo = example is not None and example.is_synthetic
     if not st.toggle(
-        "First find containers where no detector has looked",
+        "Run the detector on recordings without detections",
         value=is_demo,
         key="run_detects",
         help=f"Every {SEARCH_STEP}th frame, then from coarse to fine around the best. Without it, a recording that has "
@@ -192,56 +191,40 @@ def _detector_control(example: Recording | None) -> str | None:
     ):
         return None
     names = list(DETECTORS)
-    return st.selectbox(
+    method = st.selectbox(
         "Detector",
         names,
         names.index("demo" if is_demo else "coco"),
         format_func=DETECTORS.__getitem__,
         key="run_detector",
     )
+    return find_detector("demo" if method == "demo" else "coco")
 
 
-def start(dataset: Dataset, name: str, ids: list[str], shape: ShapeParameters, *, detector: str | None) -> None:
+def start(dataset: Dataset, name: str, ids: Sequence[str], settings: EstimateSettings) -> None:
     """Begin or resume a run in the background."""
-    work = partial(_work, dataset=dataset, name=name, ids=ids, shape=shape, detector=detector, store=data.store())
+    store = data.store()
+
+    def work(job: Job) -> None:
+        job.advance(0, len(ids))
+        make_run(
+            name,
+            dataset,
+            settings,
+            store=store,
+            recordings=ids,
+            engine=local_engine(len(ids), detects=settings.detector is not None),
+            progress=job.advance,
+            cancelled=job.cancelled,
+        )
+
     data.jobs().start(job_key(dataset), f"Run {plain(name)}", work)
 
 
 def _resume(dataset: Dataset, run: Run) -> None:
-    start(dataset, run.name, list(run.recordings), run.shape, detector=None)
+    start(dataset, run.name, run.recordings, run.settings)
 
 
 def _delete(run: Run) -> None:
     with guarded():
         delete_run(run.name, dataset=run.dataset, store=data.store())
-
-
-def _work(
-    job: Job, *, dataset: Dataset, name: str, ids: list[str], shape: ShapeParameters, detector: str | None, store: Store
-) -> None:
-    job.advance(0, len(ids))
-    record_run(
-        name,
-        dataset,
-        ids,
-        evaluation.make_predictors(dataset, shape),
-        store=store,
-        progress=job.advance,
-        cancelled=job.cancelled,
-        before=None if detector is None else _finder(job, detector, store),
-    )
-
-
-def _finder(job: Job, name: str, store: Store) -> Callable[[Recording], None]:
-    """Detects in recordings that lack detections; a recording that cannot be looked at fails later, with its reason."""
-    detector = open_detector(name)
-
-    def find(recording: Recording) -> None:
-        lacking = set(load_detections(recording, store=store).missing) & set(recording.views)
-        if lacking:
-            try:
-                detect_recording(recording, detector, store=store, every=SEARCH_STEP, cancelled=job.cancelled)
-            except CorsmalError:
-                return
-
-    return find

@@ -6,7 +6,7 @@ from corsmal.dataset import Dataset
 from corsmal.runs.run import Run
 from corsmal.ui.components import guarded
 from corsmal.ui.evaluation import cached as evaluation
-from corsmal.ui.evaluation.attribution import blame_section
+from corsmal.ui.evaluation.attribution import attribution_section
 from corsmal.ui.evaluation.comparison import comparison_section
 from corsmal.ui.evaluation.downloads import notes
 from corsmal.ui.evaluation.errors import confusion_section, spread_section
@@ -22,7 +22,7 @@ SECTIONS = {
     "Leaderboard": leaderboard_section,
     "Recordings": rows_section,
     "Compare": comparison_section,
-    "Blame": blame_section,
+    "Attribution": attribution_section,
     "Sweep": sweep_section,
     "Report": report_section,
 }

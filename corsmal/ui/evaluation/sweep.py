@@ -9,9 +9,8 @@ from corsmal.dataset import Dataset
 from corsmal.evaluation import sweep_table
 from corsmal.evaluation.sweep import MEASURED
 from corsmal.figures.heatmaps import sweep_figure
-from corsmal.parameters import ShapeParameters
 from corsmal.runs.run import Run
-from corsmal.runs.sweep import SETTINGS, sweep_recordings
+from corsmal.runs.sweep import SETTINGS, Grid, load_sweep, sweep_run
 from corsmal.ui import data, session
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.evaluation.cached import METRIC_NAMES
@@ -20,7 +19,6 @@ from corsmal.ui.evaluation.runs import follow
 from corsmal.ui.jobs import Job
 from corsmal.ui.linked_plot import linked_plot, plot_event
 
-RESULT = "evaluation_sweep"
 CIRCUMFERENCES = (40, 70, 100, 145, 180, 220, 260, 320, 400, 500)
 MAX_DIFFERENCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
 RECORDINGS_MAX = 30
@@ -32,44 +30,32 @@ def sweep_section(run: Run, dataset: Dataset) -> None:
     left, right = st.columns(2)
     counts = left.multiselect("L, circumferences", CIRCUMFERENCES, CIRCUMFERENCES, key="sweep_circumferences")
     steps_mm = right.multiselect("d_max (mm)", MAX_DIFFERENCES_MM, MAX_DIFFERENCES_MM, key="sweep_max_differences")
-    key = f"sweep {dataset.root}"
+    key = f"sweep {run.key}"
     if follow(key):
         return
-    is_possible = bool(ids and len(counts) > 1 and len(steps_mm) > 1)
-    label = f"Sweep {len(counts) * len(steps_mm)} settings over {len(ids)} recordings"
-    if st.button(label, type="primary", icon=":material/grid_on:", disabled=not is_possible, key="start_sweep"):
-        start(dataset, ids, sorted(counts), sorted(steps_mm), run.shape)
-        st.rerun()
-    if not is_possible:
+    if not (ids and len(counts) > 1 and len(steps_mm) > 1):
         st.caption("Choose at least one recording and two values of each parameter.")
-    rows = _results().get(key)
-    if rows:
+        return
+    grid = Grid(tuple(ids), tuple(sorted(counts)), tuple(sorted(steps_mm)))
+    rows = load_sweep(run, grid, store=data.store())
+    if rows is not None:
         _heat_map(pd.DataFrame(rows), dataset, run)
+        return
+    label = f"Sweep {len(counts) * len(steps_mm)} settings over {len(ids)} recordings"
+    if st.button(label, type="primary", icon=":material/grid_on:", key="start_sweep"):
+        start(key, run, dataset, grid)
+        st.rerun()
 
 
-def start(dataset: Dataset, ids: list[str], counts: list[int], steps_mm: list[float], shape: ShapeParameters) -> None:
+def start(key: str, run: Run, dataset: Dataset, grid: Grid) -> None:
     """Begin a sweep in the background; its rows are there for every session when it ends."""
-    key, store, results = f"sweep {dataset.root}", data.store(), _results()
+    store = data.store()
 
     def work(job: Job) -> None:
-        job.advance(0, len(ids))
-        results[key] = sweep_recordings(
-            [dataset[name] for name in ids],
-            circumferences=counts,
-            max_differences_mm=steps_mm,
-            shape=shape,
-            store=store,
-            progress=job.advance,
-            cancelled=job.cancelled,
-        )
+        job.advance(0, len(grid.recordings))
+        sweep_run(run, dataset, grid, store=store, progress=job.advance, cancelled=job.cancelled)
 
     data.jobs().start(key, "Sweeping", work)
-
-
-@st.cache_resource(show_spinner=False)
-def _results() -> dict[str, list[dict[str, object]]]:
-    """The last sweep of each dataset."""
-    return {}
 
 
 def _chosen_ids(run: Run, dataset: Dataset) -> list[str]:
@@ -101,7 +87,7 @@ def _heat_map(rows: pd.DataFrame, dataset: Dataset, run: Run) -> None:
     click = plot_event("sweep").click
     if click is not None and isinstance(click.customdata, list) and len(click.customdata) == len(SETTINGS) + 2:
         count, step_mm = click.customdata[:2]
-        session.choose(shape=replace(run.shape, circumferences=int(count), max_difference_mm=float(step_mm)))
+        session.choose(shape=replace(run.settings.shape, circumferences=int(count), max_difference_mm=float(step_mm)))
         st.switch_page("pages/shape.py")
     shape = session.choice().shape
     linked_plot(
@@ -117,6 +103,6 @@ def _heat_map(rows: pd.DataFrame, dataset: Dataset, run: Run) -> None:
         f"MAPE in % over {rows['recording_id'].nunique()} recordings; those that cannot be measured with a setting are "
         "in no mean, hover to see how many. Click a cell to take its setting to the *Shape* page."
     )
-    if run.shape.width_rule == "widest":
+    if run.settings.shape.width_rule == "widest":
         st.caption(":material/info: This run takes twice the largest radius for a width: d_max has no part in it.")
     downloads(table, name="sweep")

@@ -162,7 +162,7 @@ def leaderboard_section(run: Run, dataset: Dataset) -> None:
     )
     notes(scores.attrs.get("notes", ()))
     downloads(table.assign(team=table["team"].str.removeprefix("▶ ")), name=f"{run.name}_leaderboard")
-    submission(run)
+    submission(run, dataset)
 
 
 def rows_section(run: Run, dataset: Dataset) -> None:
@@ -185,7 +185,7 @@ def rows_section(run: Run, dataset: Dataset) -> None:
     key = f"rows {run.name} {containers} {only_failed}"
     clicked_row(shown, run=run, metric="capacity_mape", key=key, height=min(560, 38 + 35 * max(1, len(rows))))
     downloads(rows.reset_index(), name=f"{run.name}_errors")
-    submission(run)
+    submission(run, dataset)
 
 
 def _metric_of(column: str) -> str:

@@ -1,0 +1,206 @@
+"""Commands on runs: make one, show, delete and export them, submit one."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from corsmal.commands import FeatureFolder, Ids, Root, complain, say
+from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, resumable_progress
+from corsmal.errors import CorsmalError, NotFoundError
+
+if TYPE_CHECKING:
+    from corsmal.dataset import Dataset
+    from corsmal.runs import Run
+    from corsmal.store import Store
+
+Name = Annotated[str, typer.Argument(help="Name of the run.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+TABLE_ENDINGS = (".csv", ".json", ".parquet")
+
+
+def estimate(
+    root: Root,
+    ids: Ids = None,
+    *,
+    name: Annotated[
+        str | None,
+        typer.Option("--run", help="Name of the run; an existing one resumes. Default: a name after the preset."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="The table: .csv, .json or .parquet.")] = Path("estimates.csv"),
+    preset: Annotated[
+        str | None, typer.Option(help="Parameters of the fit: paper, lode or tuned.", show_default="paper")
+    ] = None,
+    wall: Annotated[float | None, typer.Option(help="Of round containers, mm; default: the preset's.")] = None,
+    filling: Annotated[
+        Path | None,
+        typer.Option(help="Weights of the filling network; default: CORSMAL_FILLING_WEIGHTS, else the bundled ones."),
+    ] = None,
+    mass: Annotated[
+        Path | None,
+        typer.Option(help="Weights of the mass network; default: CORSMAL_MASS_WEIGHTS, else the bundled ones."),
+    ] = None,
+    features: FeatureFolder = None,
+    detector: Annotated[
+        Literal["coco", "demo"] | None,
+        typer.Option(help="First detect in recordings without detections: Mask R-CNN, or the demo's small network."),
+    ] = None,
+    engine: EngineName = "local",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Estimate capacity, dimensions, filling and mass of recordings.
+
+    The estimates are kept as a run, which the app shows too. An interrupted run resumes.
+    """
+    from corsmal.dataset import open_dataset
+    from corsmal.evaluation import write_estimates
+    from corsmal.parameters import SHAPE_PRESETS
+    from corsmal.runs import load_run, make_run
+    from corsmal.stages.settings import default_settings, find_detector
+    from corsmal.store import Store
+
+    if preset not in (None, *SHAPE_PRESETS):
+        raise typer.BadParameter(f"there are the presets {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
+    dataset, store = open_dataset(root), Store()
+    is_kept = _is_writable(store)
+    earlier = None if name is None else load_run(name, dataset=dataset.root, store=store)
+    options = (ids or None, preset, wall, filling, mass, features, detector)
+    if earlier is not None and all(option is None for option in options):
+        settings, wanted = earlier.settings, earlier.recordings
+    else:
+        shape = SHAPE_PRESETS[preset or "paper"]
+        settings = default_settings(
+            dataset,
+            shape=shape if wall is None else replace(shape, wall_mm=wall),
+            filling=filling,
+            mass=mass,
+            features=features,
+            detector=None if detector is None else find_detector(detector),
+        )
+        wanted = tuple(ids or dataset.ids)
+    chosen_engine = choose_engine(
+        engine,
+        workers=workers,
+        scheduler=scheduler,
+        recordings=len(wanted),
+        detects=settings.detector is not None,
+    )
+    with resumable_progress(len(wanted)) as progress:
+        run = make_run(
+            name,
+            dataset,
+            settings,
+            store=store,
+            recordings=wanted,
+            engine=chosen_engine,
+            progress=progress,
+            is_kept=is_kept,
+        )
+    write_estimates(run.table, out)
+    say(f"{out}: {_counts(run)}")
+    if is_kept:
+        say(f"Run: {run.name}")
+
+
+def list_runs(root: Root, *, as_json: AsJson = False) -> None:
+    """List the runs on a dataset, the newest first."""
+    import pandas as pd
+
+    from corsmal import runs
+    from corsmal.dataset import open_dataset
+    from corsmal.store import Store
+
+    found = [
+        {"name": run.name, **run.facts()} for run in runs.list_runs(store=Store(), dataset=open_dataset(root).root)
+    ]
+    columns = ["name", "recordings", "parameters", "created"]
+    if as_json:
+        typer.echo(json.dumps(found, indent=1))
+    else:
+        typer.echo(pd.DataFrame(found)[columns].to_string(index=False) if found else "There is no run.")
+
+
+def show(root: Root, name: Name, *, as_json: AsJson = False) -> None:
+    """Show what a run was made with and how far it is."""
+    _, run = open_run(root, name)
+    files = {
+        f"{file.kind} weights": str(file.path) for file in (run.settings.filling, run.settings.mass) if file is not None
+    }
+    facts = {"name": run.name, **run.facts(), **files, "estimates": _counts(run)}
+    if as_json:
+        typer.echo(json.dumps(facts, indent=1))
+    else:
+        typer.echo("\n".join(f"{fact}: {value}" for fact, value in facts.items()))
+
+
+def delete(root: Root, name: Name) -> None:
+    """Delete a run; the estimates of its recordings stay in the store, so that making it again is quick."""
+    from corsmal import runs
+    from corsmal.store import Store
+
+    _, run = open_run(root, name)
+    runs.delete_run(run.name, dataset=run.dataset, store=Store())
+
+
+def export(
+    root: Root,
+    name: Name,
+    out: Annotated[Path, typer.Argument(help="The table: .csv, .json or .parquet.")],
+) -> None:
+    """Write a run's estimates; `submit` writes the challenge's file."""
+    from corsmal.evaluation import write_estimates
+
+    _, run = open_run(root, name)
+    write_estimates(run.table, out)
+    say(f"{out}: {_counts(run)}")
+
+
+def submit(
+    root: Root,
+    estimates: Annotated[str, typer.Argument(help="A run, or a table that `estimate` wrote.")],
+    out: Annotated[Path, typer.Argument(help="The challenge's file.")] = Path("submission.csv"),
+) -> None:
+    """Write the challenge's submission file, a row for every recording of a dataset."""
+    from corsmal.dataset import open_dataset
+    from corsmal.evaluation import read_estimates, submission_table, write_submission
+
+    is_table = Path(estimates).suffix in TABLE_ENDINGS
+    table = read_estimates(estimates) if is_table else open_run(root, estimates)[1].table
+    write_submission(submission_table(table, recordings=open_dataset(root).ids), out)
+    say(f"Submission: {out}")
+
+
+def open_run(root: Path, name: str) -> "tuple[Dataset, Run]":
+    """A dataset and the run of a name on it.
+
+    Raises:
+        NotFoundError: there is no such run.
+    """
+    from corsmal import runs
+    from corsmal.dataset import open_dataset
+    from corsmal.store import Store
+
+    dataset, store = open_dataset(root), Store()
+    run = runs.load_run(name, dataset=dataset.root, store=store)
+    if run is None:
+        names = [found.name for found in runs.list_runs(store=store, dataset=dataset.root)]
+        raise NotFoundError(f"there is no run {name!r} on {dataset.root}; runs: {', '.join(names) or 'none'}")
+    return dataset, run
+
+
+def _is_writable(store: "Store") -> bool:
+    try:
+        store.check_writable()
+    except CorsmalError as error:
+        complain("Nothing will be kept", error)
+        return False
+    return True
+
+
+def _counts(run: "Run") -> str:
+    counts = run.table["status"].value_counts()
+    return ", ".join(f"{count} {status}" for status, count in counts.items()) or "no estimates yet"

@@ -1,0 +1,43 @@
+"""The engine of this machine: as many processes as it has cores and memory for."""
+
+import os
+from pathlib import Path
+
+from corsmal.engines.engine import Engine, in_turn
+from corsmal.engines.processes import Processes, cores
+
+PROCESS_BYTES = 2_000_000_000
+"""Peak memory of a process with a network."""
+
+
+def local_engine(recordings: int, *, workers: int | None = None, detects: bool = False) -> Engine:
+    """The engine of this machine.
+
+    Args:
+        recordings: their number; more processes would idle.
+        workers: number of processes; default: as many as cores and memory allow.
+        detects: whether a detector is used: on a GPU only one process can run it.
+    """
+    count = min(1 if detects and has_gpu() else workers or default_workers(), recordings)
+    return Processes(count) if count > 1 else in_turn
+
+
+def default_workers() -> int:
+    """As many processes as this machine has cores and free memory for."""
+    return max(1, min(cores(), _available_bytes() // PROCESS_BYTES))
+
+
+def has_gpu() -> bool:
+    """Whether PyTorch sees a GPU."""
+    import torch  # noqa: PLC0415 - takes seconds
+
+    return torch.cuda.is_available()
+
+
+def _available_bytes() -> int:
+    """Free memory as reported by Linux; elsewhere enough for one process per core."""
+    try:
+        fields = dict(line.split(":", 1) for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines())
+        return int(fields["MemAvailable"].split()[0]) * 1024
+    except (OSError, ValueError, KeyError):
+        return PROCESS_BYTES * (os.cpu_count() or 1)
