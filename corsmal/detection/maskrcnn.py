@@ -10,7 +10,7 @@ from pathlib import Path
 import safetensors
 import safetensors.torch
 import torch
-from torchvision.models.detection import MaskRCNN, maskrcnn_resnet50_fpn
+from torchvision.models.detection import maskrcnn_resnet50_fpn
 
 from corsmal.detection.torch_detector import TorchDetector
 from corsmal.errors import ArgumentError, FileError
@@ -64,7 +64,12 @@ class MaskRCNNDetector(TorchDetector):
         if image_side_min_px < 1:
             raise ArgumentError(f"image_side_min_px must be positive, got {image_side_min_px}")
         path = coco_weights() if weights is None else Path(weights)
-        sha256, state = _read_weights(path, check_name=weights is None)
+        try:
+            sha256 = file_sha256(path)
+        except OSError as error:
+            raise FileError(path, f"cannot be read ({error.strerror}); name a .pth or .safetensors file") from error
+        if weights is None and not _is_coco(path, sha256):
+            raise FileError(path, f"is not the file of {COCO_WEIGHTS_URL}; delete it, and it is downloaded again")
         network = maskrcnn_resnet50_fpn(
             weights=None,
             weights_backbone=None,
@@ -72,7 +77,11 @@ class MaskRCNNDetector(TorchDetector):
             box_score_thresh=score_min,
             min_size=image_side_min_px,
         )
-        _load(network, state, path)
+        try:
+            network.load_state_dict(_read_state(path))
+        except RuntimeError as error:
+            first = " ".join(str(error).split("\n")[1:2]).strip() or error
+            raise FileError(path, f"holds weights of another network than maskrcnn_resnet50_fpn ({first})") from error
         super().__init__(
             network,
             name="Mask R-CNN, " + ("COCO weights" if weights is None else f"weights {path.name}"),
@@ -103,38 +112,22 @@ def coco_weights() -> Path:
         except (OSError, http.client.HTTPException) as error:
             problem = f"is missing and cannot be fetched ({error}); download {COCO_WEIGHTS_URL} and put it there"
             raise FileError(path, problem) from error
-        if not file_sha256(part).startswith(path.stem.rsplit("-", 1)[-1]):
+        if not _is_coco(path, file_sha256(part)):
             raise FileError(path, f"arrived damaged from {COCO_WEIGHTS_URL}; try again")
     return path
 
 
-def _read_weights(path: Path, *, check_name: bool) -> tuple[str, dict[str, torch.Tensor]]:
-    """The SHA-256 of a file of weights, and its state dict."""
-    try:
-        sha256 = file_sha256(path)
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror}); name a .pth or .safetensors file") from error
-    if check_name and not sha256.startswith(path.stem.rsplit("-", 1)[-1]):
-        raise FileError(path, f"is not the file of {COCO_WEIGHTS_URL}; delete it, and it is downloaded again")
-    state = _read_state(path)
-    if not all(torch.isfinite(values).all() for values in state.values()):
-        raise FileError(path, "holds weights that are not finite; take another file")
-    return sha256, state
-
-
-def _load(network: MaskRCNN, state: dict[str, torch.Tensor], path: Path) -> None:
-    try:
-        network.load_state_dict(state)
-    except RuntimeError as error:
-        first = str(error).splitlines()[1].strip() if "\n" in str(error) else str(error)
-        raise FileError(path, f"holds the weights of another network than maskrcnn_resnet50_fpn ({first})") from error
+def _is_coco(path: Path, sha256: str) -> bool:
+    return sha256.startswith(path.stem.rsplit("-", 1)[-1])
 
 
 def _read_state(path: Path) -> dict[str, torch.Tensor]:
+    """The state dict of a file, finite values by name."""
     try:
         if path.suffix == ".safetensors":
-            return safetensors.torch.load_file(path)
-        state = torch.load(path, map_location="cpu", weights_only=True)
+            state = safetensors.torch.load_file(path)
+        else:
+            state = torch.load(path, map_location="cpu", weights_only=True)
     except UNREADABLE as error:
         raise FileError(
             path, "is broken or no file of weights; expected a PyTorch state dict or safetensors"
@@ -143,4 +136,6 @@ def _read_state(path: Path) -> dict[str, torch.Tensor]:
         isinstance(name, str) and isinstance(value, torch.Tensor) for name, value in state.items()
     ):
         raise FileError(path, "is not a state dict (names to tensors)")
+    if not all(torch.isfinite(values).all() for values in state.values()):
+        raise FileError(path, "holds weights that are not finite; take another file")
     return state

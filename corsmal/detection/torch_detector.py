@@ -40,18 +40,8 @@ class TorchDetector:
     ) -> None:
         self.device = choose_device(device, prefer_gpu=True)
         self._network = network.to(self.device).eval()
-        self._name, self._digest = name, digest
+        self.name, self.digest = name, digest
         self._labels = None if labels is None else np.array([0, *labels])
-
-    @property
-    def name(self) -> str:
-        """For people: the method and its weights."""
-        return self._name
-
-    @property
-    def digest(self) -> str:
-        """Of the weights' content and the settings that the detections depend on."""
-        return self._digest
 
     @torch.inference_mode()
     def detect(self, frames: Sequence[NDArray[np.uint8]]) -> list[Detections]:

@@ -1,4 +1,4 @@
-"""How good restored masks and predicted masses are, row by row and by container."""
+"""How good predicted masses are, row by row and by container, and how alike two silhouettes."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -8,19 +8,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
-from corsmal.mass.axis import AXIS_RULES
 from corsmal.mass.records import MassRow
-from corsmal.mass.restoration import PADDING_PX, restore_mask
 
 if TYPE_CHECKING:
     from corsmal.mass.prediction import MassPredictor
 
 Mask = NDArray[np.bool_]
-
-TILTS_DEG = (0, 2, 5, 10, 20, 90)
-"""Bounds of the classes of tilt."""
-
-WORSE_IOU = 1e-9
 
 
 def mask_iou(first: Mask, second: Mask) -> float:
@@ -29,56 +22,6 @@ def mask_iou(first: Mask, second: Mask) -> float:
         raise ArgumentError(f"masks must have the same shape, got {first.shape} and {second.shape}")
     either = int((first | second).sum())
     return int((first & second).sum()) / either if either else 1.0
-
-
-def judge_restoration(frames: Iterable[tuple[str, float, Mask, Mask]], *, padding_px: int = PADDING_PX) -> pd.DataFrame:
-    """Restore masks whose whole silhouette is known, by each rule for the axis.
-
-    Args:
-        frames: container, true tilt of its axis in the image (degrees), visible and amodal mask.
-        padding_px: around the mask's box.
-
-    Returns:
-        A row per frame: container, tilt_deg, ``hidden`` (the share of the silhouette that is not seen), ``before``
-        (IoU of the visible and the amodal mask), and the IoU after restoring by each rule, ``base`` and ``whole``.
-    """
-    rows = []
-    for container, tilt_deg, visible, amodal in frames:
-        hidden = 1 - visible.sum() / max(int(amodal.sum()), 1)
-        row = {"container": container, "tilt_deg": tilt_deg, "hidden": hidden, "before": mask_iou(visible, amodal)}
-        for axis in AXIS_RULES:
-            row[axis] = mask_iou(restore_mask(visible, padding_px=padding_px, axis=axis).mask, amodal)
-        rows.append(row)
-    return pd.DataFrame(rows, columns=["container", "tilt_deg", "hidden", "before", *AXIS_RULES])
-
-
-def restoration_table(frames: pd.DataFrame, *, by: str = "container") -> pd.DataFrame:
-    """Mean IoU before and after, and the share of frames that restoring makes worse.
-
-    Args:
-        frames: from ``judge_restoration``.
-        by: ``container``, or ``tilt`` for classes of the tilt's size.
-
-    Returns:
-        A row per group and one, ``all``, of all frames: ``frames``, ``before``, and for each rule its mean IoU and
-        ``worse_`` followed by its name, the share of frames whose IoU falls.
-    """
-    if by not in ("container", "tilt"):
-        raise ArgumentError(f"by must be container or tilt, got {by!r}")
-    groups = (
-        frames["container"]
-        if by == "container"
-        else pd.cut(frames["tilt_deg"].abs(), list(TILTS_DEG), include_lowest=True).astype(str)
-    )
-    parts = {name: frames[groups == name] for name in sorted(groups.unique(), key=_first_number)} | {"all": frames}
-    rows = {}
-    for name, part in parts.items():
-        row = {"frames": len(part), "before": part["before"].mean()}
-        for axis in AXIS_RULES:
-            row[axis] = part[axis].mean()
-            row[f"worse_{axis}"] = (part[axis] < part["before"] - WORSE_IOU).mean()
-        rows[name] = row
-    return pd.DataFrame.from_dict(rows, orient="index").rename_axis(by)
 
 
 def judge_mass(predictor: "MassPredictor", rows: Iterable[MassRow]) -> pd.DataFrame:
@@ -137,9 +80,8 @@ def mass_table(judged: pd.DataFrame) -> pd.DataFrame:
 
 
 def _first_number(text: str) -> tuple[float, str]:
-    """Sorts 2 before 10, and what begins with no number last."""
-    digits = text.lstrip("([-").split(",")[0]
+    """Sorts 2 before 10, and what is not a number last."""
     try:
-        return float(digits), text
+        return float(text), text
     except ValueError:
         return np.inf, text
