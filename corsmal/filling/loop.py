@@ -77,7 +77,7 @@ def fit_network(
         torch.manual_seed(stream(seed, index))
         module = FillingModule(training, index, samples, validation, seed=seed)
         keeper = KeepBest(folder / "kept.safetensors", module.network)
-        callbacks = [*([keeper] if training.keep == "best" else []), _Checkpoint(last), _Progress(progress)]
+        callbacks = [*([keeper] if training.keep == "best" else []), _EveryEpoch(last, progress)]
         trainer = _trainer(folder, callbacks, epochs=training.epochs, validated=bool(validation))
         trainer.fit(module, ckpt_path=last if is_begun else None, weights_only=True)
     network = keeper.kept() if training.keep == "best" else module.network.cpu().eval()
@@ -160,21 +160,14 @@ class KeepBest(Callback):
         self.lowest, self.epochs = float(state_dict["lowest"]), int(state_dict["epochs"])
 
 
-class _Checkpoint(Callback):
-    """All that is needed to go on, after every epoch, in one file that is whole at any time."""
+class _EveryEpoch(Callback):
+    """After every epoch, all that is needed to resume in one file that is whole at any time, and the progress."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, report: Callable[[float], None] | None) -> None:
+        self._path, self._report = path, report
 
     def on_train_epoch_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule) -> None:  # noqa: ARG002 - Lightning's signature
         with writing(self._path, advice="choose another folder") as part:
             trainer.save_checkpoint(part)
-
-
-class _Progress(Callback):
-    def __init__(self, report: Callable[[float], None] | None) -> None:
-        self._report = report
-
-    def on_train_epoch_end(self, trainer: lightning.Trainer, pl_module: lightning.LightningModule) -> None:  # noqa: ARG002 - Lightning's signature
         if self._report is not None:
             self._report((trainer.current_epoch + 1) / (trainer.max_epochs or 1))
