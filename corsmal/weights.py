@@ -26,6 +26,9 @@ Network = TypeVar("Network", bound="nn.Module")
 BUNDLED = Path(__file__).parent / "demo" / "weights"
 """The folder with the networks of the demo, a file for each kind; a card beside each says what it was trained on."""
 
+ENTRY = "corsmal"
+"""The entry of a file's metadata that says which network it is, of which sizes, and what it was trained on."""
+
 BUNDLED_NAME = "demo"
 """Names the bundled file where another one is set in the environment."""
 
@@ -115,7 +118,8 @@ def save_network(
         name: (value.half() if half and name in parameters else value).detach().cpu().contiguous()
         for name, value in network.state_dict().items()
     }
-    metadata = {"kind": kind, "config": json.dumps(config), "training": json.dumps(dict(training or {}))}
+    # one entry: the order of several is drawn anew by every process, and so would be the file's digest
+    metadata = {ENTRY: json.dumps({"kind": kind, "config": config, "training": dict(training or {})})}
     with writing(path, advice="choose another folder", errors=(safetensors.SafetensorError,)) as part:
         safetensors.torch.save_file(state, part, metadata)
 
@@ -165,14 +169,20 @@ def _read_metadata(path: Path, kind: Kind) -> tuple[Any, dict[str, Any]]:
     try:
         with safetensors.safe_open(path, "np") as file:
             metadata = file.metadata() or {}
-        if "filling" in metadata:  # how the networks for the filling were written at first
-            metadata |= {"kind": "filling", "config": metadata["filling"]}
-        config, training = json.loads(metadata["config"]), json.loads(metadata.get("training", "{}"))
-    except (OSError, safetensors.SafetensorError, KeyError, ValueError) as error:
+        # networks written before there was a record of the training have an entry for each part, or only the config
+        content = json.loads(metadata[ENTRY]) if ENTRY in metadata else _early_content(metadata)
+        found, config, training = content["kind"], content["config"], content["training"]
+    except (OSError, safetensors.SafetensorError, LookupError, TypeError, ValueError) as error:
         raise _foreign(path, kind) from error
-    if metadata.get("kind") != kind or not isinstance(training, dict):
+    if found != kind or not isinstance(training, dict):
         raise _foreign(path, kind)
     return _tuples(config), training
+
+
+def _early_content(metadata: Mapping[str, str]) -> dict[str, Any]:
+    kind = metadata.get("kind", "filling")
+    config = metadata["config"] if "config" in metadata else metadata["filling"]
+    return {"kind": kind, "config": json.loads(config), "training": json.loads(metadata.get("training", "{}"))}
 
 
 def _tuples(value: Any) -> Any:

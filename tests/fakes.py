@@ -32,6 +32,7 @@ class FakeFilling:
     def __init__(self, filling_type: int, filling_level: int) -> None:
         self.answer = (filling_type, filling_level)
         self.digest = f"fake filling {self.answer}"
+        self.trained_on = None
         self.heard: np.ndarray | None = None
         self.steps_s: float | None = None
 
@@ -52,6 +53,7 @@ class FakeMass:
     def __init__(self, mass_g: float | None) -> None:
         self.answer = mass_g
         self.digest = f"fake mass {mass_g}"
+        self.trained_on = None
         self.mask: np.ndarray | None = None
         self.inputs: dict[str, float | None] = {}
 

@@ -35,13 +35,23 @@ def estimate(
         str | None, typer.Option(help="Parameters of the fit: paper, lode or tuned.", show_default="paper")
     ] = None,
     wall: Annotated[float | None, typer.Option(help="Of round containers, mm; default: the preset's.")] = None,
+    means: Annotated[
+        Path | None,
+        typer.Option(help="Training set whose means stand in for failed fits; default: those kept with the weights."),
+    ] = None,
     filling: Annotated[
         Path | None,
-        typer.Option(help="Weights of the filling network; default: CORSMAL_FILLING_WEIGHTS, else the bundled ones."),
+        typer.Option(
+            help="Weights of the filling network, or demo for the bundled ones; default: CORSMAL_FILLING_WEIGHTS, else "
+            "the bundled ones on synthetic recordings."
+        ),
     ] = None,
     mass: Annotated[
         Path | None,
-        typer.Option(help="Weights of the mass network; default: CORSMAL_MASS_WEIGHTS, else the bundled ones."),
+        typer.Option(
+            help="Weights of the mass network, or demo for the bundled ones; default: CORSMAL_MASS_WEIGHTS, else the "
+            "bundled ones on synthetic recordings."
+        ),
     ] = None,
     features: FeatureFolder = None,
     detector: Annotated[
@@ -57,10 +67,11 @@ def estimate(
     The estimates are kept as a run, which the app shows too. An interrupted run resumes.
     """
     from corsmal.dataset import open_dataset
+    from corsmal.estimation import TrainingMeans
     from corsmal.evaluation import write_estimates
     from corsmal.parameters import SHAPE_PRESETS
     from corsmal.runs import load_run, make_run
-    from corsmal.stages.settings import default_settings, find_detector
+    from corsmal.stages.settings import default_settings, find_detector, left_out_note
     from corsmal.store import Store
 
     if preset not in (None, *SHAPE_PRESETS):
@@ -68,7 +79,7 @@ def estimate(
     dataset, store = open_dataset(root), Store()
     is_kept = _is_writable(store)
     earlier = None if name is None else load_run(name, dataset=dataset.root, store=store)
-    options = (ids or None, preset, wall, filling, mass, features, detector)
+    options = (ids or None, preset, wall, means, filling, mass, features, detector)
     if earlier is not None and all(option is None for option in options):
         settings, wanted = earlier.settings, earlier.recordings
     else:
@@ -76,12 +87,16 @@ def estimate(
         settings = default_settings(
             dataset,
             shape=shape if wall is None else replace(shape, wall_mm=wall),
+            means=None if means is None else TrainingMeans.of(open_dataset(means)),
             filling=filling,
             mass=mass,
             features=features,
             detector=None if detector is None else find_detector(detector),
         )
         wanted = tuple(ids or dataset.ids)
+    note = left_out_note(dataset, settings)
+    if note:
+        say(note)
     chosen_engine = choose_engine(
         engine,
         workers=workers,

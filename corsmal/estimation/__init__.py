@@ -1,8 +1,9 @@
 """One recording to one estimate: detections, best frame, hull, container mass, filling."""
 
 from corsmal.estimation.detected import container_mask, file_detections, read_view_detections
-from corsmal.estimation.estimate import estimate, mass_inputs, training_means
+from corsmal.estimation.estimate import estimate, mass_inputs
 from corsmal.estimation.fit import Fit, fit_frame
+from corsmal.estimation.means import TrainingMeans
 from corsmal.estimation.records import Estimate, Status
 from corsmal.estimation.several import Combined, Interval, choose_frames, combine_fits
 
@@ -12,6 +13,7 @@ __all__ = [
     "Fit",
     "Interval",
     "Status",
+    "TrainingMeans",
     "choose_frames",
     "combine_fits",
     "container_mask",
@@ -20,5 +22,4 @@ __all__ = [
     "fit_frame",
     "mass_inputs",
     "read_view_detections",
-    "training_means",
 ]

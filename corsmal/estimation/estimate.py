@@ -4,8 +4,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.estimation.detected import container_mask, file_detections
@@ -15,30 +13,13 @@ from corsmal.estimation.several import choose_frames, combine_fits
 from corsmal.filling.records import FillingPrediction
 from corsmal.mass.physics import mm_per_pixel
 from corsmal.parameters import FRONTAL_VIEW, PAIRS, SelectionParameters, ShapeParameters
-from corsmal.quantities import DIMENSIONS, GEOMETRY, MEASURED
+from corsmal.quantities import DIMENSIONS, MEASURED
 from corsmal.selection import FrameDetections
 
 if TYPE_CHECKING:
     from corsmal.filling.features import Features
     from corsmal.filling.prediction import FillingPredictor
     from corsmal.mass.prediction import MassPredictor
-
-
-def training_means(table: pd.DataFrame) -> dict[str, float]:
-    """Means of the geometry and the mass over an annotated set, the estimate where nothing can be fitted.
-
-    Args:
-        table: a dataset's table with columns ``capacity_ml``, ``width_top_mm``, ``width_bottom_mm``, ``height_mm``
-            and, where the mass is known, ``container_mass_g``.
-
-    Returns:
-        Quantity to mean; empty where the annotation lacks any of the first four.
-    """
-    columns = table.reindex(columns=list(MEASURED)).astype("Float64")
-    geometry = columns.dropna(subset=list(GEOMETRY))
-    if not len(geometry):
-        return {}
-    return {name: float(geometry[name].mean()) for name in MEASURED if geometry[name].notna().any()}
 
 
 def estimate(
@@ -63,7 +44,8 @@ def estimate(
         detections: unfiltered detections by view and frame; default: the files beside the videos.
         shape: parameters of the fit; default: the paper's.
         selection: parameters of the filter; default: the paper's.
-        means: the training set's means, see ``training_means``; without them a failure holds no numbers.
+        means: what stands in where nothing can be fitted, see ``TrainingMeans``; without them a failure holds no
+            numbers.
         filling: tells type and level; default: they are left out.
         mass: tells the container's mass; default: it is left out.
         features: gives what ``filling`` listens to; default: log-mel of the sound.

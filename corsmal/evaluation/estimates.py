@@ -21,6 +21,9 @@ from corsmal.quantities import MEASURED
 
 ID_COLUMN = "recording_id"
 FALLBACK = "fallback: training mean"
+ABSENT = "absent"
+"""The state of a recording that was not filmed, which is no failure."""
+
 FAILED = (FALLBACK, "failed")
 """The states of an estimate whose container could not be measured, whatever numbers it holds."""
 

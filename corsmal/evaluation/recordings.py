@@ -3,7 +3,7 @@
 import pandas as pd
 
 from corsmal.evaluation.checking import listed, truth_table
-from corsmal.evaluation.estimates import FAILED, check_estimates
+from corsmal.evaluation.estimates import ABSENT, FAILED, check_estimates
 from corsmal.evaluation.metrics import CLASS_NAMES, relative_errors
 from corsmal.evaluation.protocols import BY_NETWORKS, STAMPS, Protocol, left_out
 from corsmal.quantities import MEASURED, QUANTITIES
@@ -41,10 +41,11 @@ def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame, *, protocol: 
     table, truth = checked.table, known.loc[checked.table.index]
     excluded = left_out(table, protocol=protocol)
     notes = [*([] if protocol == "held-out" else [STAMPS[protocol]]), *excluded.notes, *checked.notes]
+    is_filmed = table["status"].ne(ABSENT)
     is_failed = table["status"].isin(FAILED)
     for name in (*MEASURED, *CLASS_NAMES):
         if table[name].notna().any():
-            is_failed |= table[name].isna()
+            is_failed |= table[name].isna() & (is_filmed | (name in CLASS_NAMES))
         else:
             notes.append(
                 f"estimates: there is no {name} for any recording; its cells are empty and it counts no failure"
@@ -57,6 +58,7 @@ def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame, *, protocol: 
     for quantity in QUANTITIES:
         name = quantity.name
         judged = truth[name].notna() & bool(table[name].notna().any()) & ~excluded.table[quantity.stage]
+        judged &= is_filmed | quantity.is_class
         if quantity.is_class:
             columns[name] = table[name].astype("Int64")
             columns[f"{name}_true"] = truth[name].astype("Int64")

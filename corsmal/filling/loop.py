@@ -87,8 +87,8 @@ def fit_network(
     return network
 
 
-def epochs_kept(folder: Path) -> int:
-    """After how many epochs ``fit_network`` kept the weights that rule (1) chose.
+def kept_epoch(folder: Path) -> tuple[int, float]:
+    """After how many epochs ``fit_network`` kept the weights that rule (1) chose, and L, the sum of their two losses.
 
     Args:
         folder: of a network that was fitted with ``keep`` ``best``.
@@ -98,7 +98,8 @@ def epochs_kept(folder: Path) -> int:
     """
     last = folder / "checkpoints" / "last.ckpt"
     try:
-        return int((read_checkpoint(last) or {})["callbacks"]["KeepBest"]["epochs"])
+        kept = (read_checkpoint(last) or {})["callbacks"]["KeepBest"]
+        return int(kept["epochs"]), float(kept["lowest"])
     except (LookupError, TypeError, ValueError) as error:
         raise FileError(last, "is not a checkpoint of this training; delete it to begin again") from error
 

@@ -13,7 +13,7 @@ from corsmal.digests import digest
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
 from corsmal.filling.folds import PAPER_FOLDS, spread_folds
-from corsmal.filling.loop import epochs_kept, fit_network
+from corsmal.filling.loop import fit_network, kept_epoch
 from corsmal.filling.network import read_filling, save_filling
 from corsmal.filling.recipe import FillingTraining, Preset
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
@@ -77,7 +77,7 @@ def train_filling(
             continue
         search = place / "search"
         fit(search, kept, training=training, validation=held, progress=part_of(part, 0, 2))
-        again = retraining(training, epochs_kept(search))
+        again = retraining(training, kept_epoch(search)[0])
         models.append(fit(place, samples, training=again, validation=(), progress=part_of(part, 1, 2)))
     save_filling(path, models, training=None if trained_on is None else trained_on.to_json())
     return path

@@ -17,6 +17,9 @@ from corsmal.mass.training import MassTraining, train_mass
 
 FOLDS = 5
 
+CONTAINER_GROUPS = ((1, 4, 7), (2, 5, 8), (3, 6, 9))
+"""A cup, a glass and a box each."""
+
 
 def spread_mass_folds(rows: Sequence[MassRow], *, folds: int = FOLDS, seed: int = 0) -> dict[str, int]:
     """Folds over which every container's recordings are spread equally.
@@ -38,6 +41,31 @@ def spread_mass_folds(rows: Sequence[MassRow], *, folds: int = FOLDS, seed: int 
     rng = np.random.default_rng(seed)
     shuffled = [recordings[index] for index in rng.permutation(len(recordings))]
     return {name: index % folds for index, (_, name) in enumerate(sorted(shuffled, key=lambda pair: pair[0]))}
+
+
+def mass_folds_by_container(
+    rows: Sequence[MassRow], table: pd.DataFrame, *, groups: Sequence[Sequence[int]] = CONTAINER_GROUPS
+) -> dict[str, int]:
+    """Folds of whole containers: each is weighed by a network that has not seen it.
+
+    Args:
+        rows: the recordings.
+        table: indexed by recording id, with ``container_id``, such as ``Dataset.table``.
+        groups: the container ids of each fold.
+
+    Returns:
+        The position of the container's group, by recording id.
+
+    Raises:
+        ArgumentError: a container is in no group.
+    """
+    fold_of = {container: fold for fold, group in enumerate(groups) for container in group}
+    known = table["container_id"].to_dict()
+    containers = {row.recording_id: known.get(row.recording_id) for row in rows}
+    absent = [str(container) for container in containers.values() if container not in fold_of]
+    if absent:
+        raise ArgumentError(f"groups must hold every container, got none with container {absent[0]}")
+    return {name: fold_of[int(str(container))] for name, container in containers.items()}
 
 
 def cross_validate_mass(

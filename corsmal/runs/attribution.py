@@ -186,7 +186,8 @@ def _rows_by_stage(
 
 
 def _estimated(recording: Recording, views: Views, predictors: Predictors, **changes: Any) -> Estimate:
-    given: dict[str, Any] = {"shape": predictors.shape, "means": predictors.means, "mass": predictors.mass, **changes}
+    means = None if predictors.means is None else predictors.means.for_container(recording.annotation)
+    given: dict[str, Any] = {"shape": predictors.shape, "means": means, "mass": predictors.mass, **changes}
     return estimate(recording, detections=views, **given)
 
 

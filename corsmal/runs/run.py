@@ -73,7 +73,7 @@ class Run:
         return {
             "recordings": self.recordings,
             "parameters": self.settings.shape,
-            "means": dict(self.settings.means),
+            "means": self.settings.means,
             "filling network": self.digests["filling"],
             "mass network": self.digests["mass"],
             "features": None if features is None else str(features),

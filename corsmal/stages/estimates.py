@@ -1,6 +1,6 @@
 """Estimates, kept in the store so that a run that was stopped goes on where it was."""
 
-from collections.abc import Mapping
+import time
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError, FileError
-from corsmal.estimation import estimate
-from corsmal.parameters import SelectionParameters, ShapeParameters
+from corsmal.estimation import TrainingMeans, estimate
+from corsmal.parameters import SHAPE_PRESETS, SelectionParameters, ShapeParameters
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
 from corsmal.stages.fits import calibration_fingerprints
 from corsmal.stages.version import METHOD_VERSION
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 KIND = "estimates"
 
+SYNTHETIC = " (synthetic)"
+"""Marks weights in the rows of real recordings that were trained on synthetic ones only."""
+
 
 @dataclass(frozen=True, eq=False)
 class Predictors:
@@ -28,14 +31,14 @@ class Predictors:
 
     Args:
         shape: parameters of the fit.
-        means: the training set's means, see ``corsmal.estimation.training_means``.
+        means: of a training set; None: a failure holds no numbers.
         filling: tells type and level; None: they are left out.
         mass: tells the container's mass; None: it is left out.
         features: folder of arrays for ``filling``; None: log-mel of the sound.
     """
 
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
-    means: Mapping[str, float] = field(default_factory=dict)
+    means: TrainingMeans | None = None
     filling: "FillingPredictor | None" = None
     mass: "MassPredictor | None" = None
     features: Path | None = None
@@ -49,7 +52,7 @@ class Predictors:
     @property
     def key(self) -> str:
         """A digest of everything that the numbers depend on, the version of the method included."""
-        return digest("predictors", METHOD_VERSION, self.shape, SelectionParameters(), dict(self.means), self.digests)
+        return digest("predictors", METHOD_VERSION, self.shape, SelectionParameters(), self.means, self.digests)
 
 
 def load_estimate(recording: Recording, predictors: Predictors, *, store: Store) -> dict[str, Any]:
@@ -70,17 +73,55 @@ def load_estimate(recording: Recording, predictors: Predictors, *, store: Store)
 def _estimated(recording: Recording, detections: DetectionSet, predictors: Predictors, store: Store) -> dict[str, Any]:
     from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
 
+    began_s = time.perf_counter()
     result = estimate(
         recording,
         detections=detections.views,
         shape=predictors.shape,
-        means=predictors.means,
+        means=None if predictors.means is None else predictors.means.for_container(recording.annotation),
         filling=predictors.filling,
         mass=predictors.mass,
         features=partial(recording_features, folder=predictors.features, store=store),
     )
-    row = result.row()
-    return {**row, "notes": "; ".join(filter(None, [*detections.notes, row["notes"]]))}
+    row = result.row() | {"execution_time_ms": round(1000 * (time.perf_counter() - began_s), 1)}
+    said, notes = _spoken(recording, predictors)
+    return {**row, **said, "notes": "; ".join(filter(None, [*detections.notes, row["notes"], *notes]))}
+
+
+def shape_name(shape: ShapeParameters) -> str:
+    """How a network's training names the parameters that its dimensions come from: a preset, or a digest."""
+    return next((name for name, preset in SHAPE_PRESETS.items() if preset == shape), digest(shape))
+
+
+def _spoken(recording: Recording, predictors: Predictors) -> tuple[dict[str, Any], list[str]]:
+    """Which networks gave the row's numbers, whether they are held out, and what is to be said about that."""
+    columns: dict[str, Any] = {}
+    notes = []
+    for name, network in (("filling", predictors.filling), ("mass", predictors.mass)):
+        trained_on = None if network is None else network.trained_on
+        columns[f"{name}_weights"] = "" if network is None else network.digest
+        columns[f"{name}_held_out"] = None
+        if trained_on is None:
+            continue
+        array = _array_digest(recording, predictors.features) if name == "filling" else None
+        columns[f"{name}_held_out"] = not trained_on.has_seen(recording, features=array)
+        if trained_on.is_synthetic and not recording.is_synthetic:
+            columns[f"{name}_weights"] += SYNTHETIC
+            notes.append(f"{name}: the network was trained on synthetic recordings only")
+        shape = trained_on.facts.get("shape")
+        if shape is not None and shape != shape_name(predictors.shape):
+            notes.append(f"{name}: the network was trained on dimensions of another shape preset")
+    return columns, notes
+
+
+def _array_digest(recording: Recording, folder: Path | None) -> str | None:
+    """Digest of the array that the filling network is given; None where it is given the sound, or there is none."""
+    from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
+
+    try:
+        return None if folder is None else digest(recording_features(recording, folder=folder).values)
+    except CorsmalError:
+        return None
 
 
 def _files(recording: Recording, predictors: Predictors) -> list[Any]:

@@ -1,15 +1,15 @@
 """What detections and estimates are made with, as a run keeps it and other processes get it: numbers and file names."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
-from corsmal.estimation import training_means
+from corsmal.estimation import TrainingMeans
 from corsmal.parameters import ShapeParameters
 from corsmal.stages.estimates import Predictors
-from corsmal.weights import WeightsFile, find_weights
+from corsmal.weights import Kind, WeightsFile, find_weights, read_training
 
 if TYPE_CHECKING:
     from corsmal.dataset import Dataset
@@ -64,7 +64,7 @@ class EstimateSettings:
 
     Args:
         shape: parameters of the fit.
-        means: the training set's means, see ``training_means``.
+        means: of a training set, which stand in where nothing can be fitted; None: a failure holds no numbers.
         filling: the filling network; None: type and level are left out.
         mass: the mass network; None: the container's mass is left out.
         features: folder of arrays for ``filling``; None: log-mel of the sound.
@@ -72,7 +72,7 @@ class EstimateSettings:
     """
 
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
-    means: Mapping[str, float] = field(default_factory=dict, hash=False)
+    means: TrainingMeans | None = None
     filling: WeightsFile | None = None
     mass: WeightsFile | None = None
     features: Path | None = None
@@ -89,7 +89,7 @@ class EstimateSettings:
 
         return Predictors(
             shape=self.shape,
-            means=dict(self.means),
+            means=self.means,
             filling=None if self.filling is None else FillingPredictor(self.filling.path),
             mass=None if self.mass is None else MassPredictor(self.mass.path),
             features=self.features,
@@ -106,28 +106,74 @@ def default_settings(
     dataset: "Dataset",
     *,
     shape: ShapeParameters,
-    filling: Path | None = None,
-    mass: Path | None = None,
+    means: TrainingMeans | None = None,
+    filling: Path | str | None = None,
+    mass: Path | str | None = None,
     features: Path | None = None,
     detector: DetectorSettings | None = None,
 ) -> EstimateSettings:
-    """Settings for a dataset, with its means and the networks that are named, set in the environment or bundled.
+    """Settings for a dataset, with the networks that are named, set in the environment or bundled.
+
+    The bundled networks were trained on synthetic recordings: on a dataset that is not synthetic they are left out
+    unless they are named (``demo``), see ``left_out_note``.
 
     Args:
-        dataset: whose annotation gives the means.
+        dataset: that is to be estimated.
         shape: parameters of the fit.
+        means: of a training set; default: those that the weights of the mass or the filling network hold.
         filling: weights; default: see ``find_weights``. A network that is not named and whose file is missing is left
             out.
         mass: likewise.
         features: folder of arrays for the filling network.
         detector: detects in recordings without detections.
+
+    Raises:
+        FileError: weights that are named cannot be read.
     """
     weights = {"filling": find_weights("filling", filling), "mass": find_weights("mass", mass)}
-    found = {name: file if file.origin == "named" or file.path.is_file() else None for name, file in weights.items()}
+    found = {name: file if may_speak(file, dataset) else None for name, file in weights.items()}
     return EstimateSettings(
         shape=shape,
-        means=training_means(dataset.table),
+        means=means or _means_of_weights([file for file in (found["mass"], found["filling"]) if file is not None]),
         **found,
         features=None if features is None else features.resolve(),
         detector=detector,
     )
+
+
+def may_speak(file: WeightsFile, dataset: "Dataset") -> bool:
+    """Whether a network is used on a dataset: it is named, or is there and was trained on such recordings."""
+    if file.origin == "named":
+        return True
+    return file.path.is_file() and not (file.is_bundled and not is_synthetic(dataset))
+
+
+def is_synthetic(dataset: "Dataset") -> bool:
+    """Whether all recordings of a dataset that have files are rendered ones."""
+    return all(recording.is_synthetic for recording in dataset if recording.views or recording.audio_path)
+
+
+def left_out_note(dataset: "Dataset", settings: EstimateSettings) -> str:
+    """What is to be said where bundled networks are left out; empty where they are not."""
+    absent: list[Kind] = [
+        kind
+        for kind in ("filling", "mass")
+        if getattr(settings, kind) is None and find_weights(kind).is_bundled and not is_synthetic(dataset)
+    ]
+    if not absent:
+        return ""
+    names = " and ".join(absent)
+    options = " ".join(f"--{name} demo" for name in absent)
+    return (
+        f"No {names} estimates: the bundled networks were trained on synthetic recordings only. Train your own "
+        f"(`python -m corsmal train {absent[0]}`), or use the bundled ones all the same: {options}."
+    )
+
+
+def _means_of_weights(files: list[WeightsFile]) -> TrainingMeans | None:
+    """The means of the training set that weights hold."""
+    for file in files:
+        trained_on = TrainedOn.from_json(read_training(file.path, file.kind))
+        if trained_on is not None and "means" in trained_on.facts:
+            return TrainingMeans.from_json(trained_on.facts["means"])
+    return None

@@ -8,7 +8,7 @@ import pytest
 
 import corsmal.filling.features  # noqa: F401 - loads PyTorch, before a test's clock runs
 from corsmal.dataset import Dataset, open_dataset
-from corsmal.estimation import training_means
+from corsmal.estimation import TrainingMeans
 from corsmal.evaluation import METRICS, container_table, error_table, estimates_table
 from corsmal.parameters import ShapeParameters
 from corsmal.runs.run import Run, list_runs, record_run
@@ -37,7 +37,7 @@ def run(dataset: Dataset) -> Run:
 
 
 def predictors(dataset: Dataset, shape: ShapeParameters) -> Predictors:
-    return Predictors(shape, training_means(dataset.table), FakeFilling(2, 1), FakeMass(20.0))
+    return Predictors(shape, TrainingMeans.of(dataset), FakeFilling(2, 1), FakeMass(20.0))
 
 
 def recorded(dataset: Dataset, name: str, shape: ShapeParameters | None = None) -> Run:

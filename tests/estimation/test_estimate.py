@@ -2,7 +2,6 @@ from dataclasses import replace
 from math import isfinite
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from corsmal.dataset import open_dataset
@@ -13,7 +12,6 @@ from corsmal.estimation import (
     file_detections,
     fit_frame,
     read_view_detections,
-    training_means,
 )
 from corsmal.parameters import PAIRS, SelectionParameters, ShapeParameters
 from corsmal.quantities import GEOMETRY
@@ -215,35 +213,3 @@ def test_detections_of_a_file_cover_every_frame_of_the_video(recording, tmp_path
     assert read_view_detections(replace(view, detections_path=None)) is None
     empty = replace(view, detections_path=write_json(tmp_path / "empty.json", []))
     assert read_view_detections(empty).frames == tuple(range(FRAMES))
-
-
-def test_means_are_those_of_the_rows_that_know_all_four():
-    table = pd.DataFrame(
-        {
-            "capacity_ml": [100, 200, 900, pd.NA],
-            "width_top_mm": [50, 60, 70, 80],
-            "width_bottom_mm": [40, 50, pd.NA, 60],
-            "height_mm": [90, 110, 100, 100],
-        },
-        dtype="Float64",
-    )
-    expected = {"capacity_ml": 150.0, "width_top_mm": 55.0, "width_bottom_mm": 45.0, "height_mm": 100.0}
-    assert training_means(table) == expected
-    assert training_means(table.drop(columns="height_mm")) == {}
-    assert training_means(table.iloc[2:]) == {}
-    assert training_means(table.iloc[:0]) == {}
-
-
-def test_means_of_the_tiny_set(dataset):
-    assert training_means(dataset.table)["width_top_mm"] == pytest.approx((98 + 64 + 69) / 3)
-
-
-def test_means_of_the_full_training_annotation(real_dataset_root):
-    means = training_means(open_dataset(real_dataset_root).table)
-    assert {name: round(value, 2) for name, value in means.items()} == {
-        "capacity_ml": 639.69,
-        "width_top_mm": 91.54,
-        "width_bottom_mm": 75.58,
-        "height_mm": 130.28,
-        "container_mass_g": 39.91,
-    }

@@ -7,7 +7,7 @@ import pytest
 from corsmal.errors import ArgumentError, FileError
 from corsmal.filling import FillingPredictor, FillingSample, read_filling, train_filling
 from corsmal.filling import training as training_file
-from corsmal.filling.loop import epochs_kept
+from corsmal.filling.loop import kept_epoch
 from corsmal.filling.training import hold_out, part_of
 from tests.filling.made import JOINT, PAPER, SMALL, made_features, made_samples, same, state
 
@@ -109,7 +109,7 @@ def test_retraining_is_on_all_for_as_long_as_rule_1_chose(tmp_path, fits):
     assert (len(held), trained | held, trained & held) == (7, ids(samples), set())
     assert (everyone, nobody) == (ids(samples), set())
     assert search == settings
-    chosen = epochs_kept(tmp_path / "network0" / "search")
+    chosen = kept_epoch(tmp_path / "network0" / "search")[0]
     assert 1 <= chosen <= 3
     assert last == replace(settings, keep="last", schedule="cosine", epochs=2 * chosen)
     assert shares == sorted(shares)

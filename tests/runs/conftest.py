@@ -4,7 +4,7 @@ import pytest
 
 from corsmal.dataset import open_dataset
 from corsmal.engines.tasks import open_detector, open_predictors
-from corsmal.estimation import training_means
+from corsmal.estimation import TrainingMeans
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.settings import EstimateSettings
 from tests.fakes import FakeFilling, FakeMass
@@ -21,7 +21,7 @@ def fake_networks() -> Iterator[dict[str, object]]:
     networks: dict[str, object] = {"filling": FakeFilling(2, 1), "mass": FakeMass(20.0)}
 
     def open_fakes(settings: EstimateSettings) -> Predictors:
-        return Predictors(settings.shape, dict(settings.means), **networks)
+        return Predictors(settings.shape, settings.means, **networks)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(EstimateSettings, "open", open_fakes)
@@ -33,4 +33,4 @@ def fake_networks() -> Iterator[dict[str, object]]:
 @pytest.fixture(scope="module")
 def settings(dataset, request):
     request.getfixturevalue("fake_networks")
-    return EstimateSettings(means=training_means(dataset.table))
+    return EstimateSettings(means=TrainingMeans.of(dataset))

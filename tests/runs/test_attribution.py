@@ -71,10 +71,10 @@ def test_every_stage_has_a_row_for_every_recording(replaced):
         assert [row["recording_id"] for row in rows] == list(IDS)
 
 
-def test_true_masks_are_estimated_like_any(replaced, dataset, settings, store):
+def test_true_masks_are_estimated_like_any(replaced, dataset, store):
     for name, row in zip(IDS, replaced["masks"], strict=True):
         recording = dataset[name]
-        result = estimate(recording, detections=true_views(recording, dataset, store), means=settings.means)
+        result = estimate(recording, detections=true_views(recording, dataset, store))
         for quantity in GEOMETRY:
             assert row[quantity] == getattr(result, quantity)
     assert replaced["masks"][WITHOUT_DETECTIONS]["status"] == "fitted"
@@ -111,10 +111,11 @@ def test_several_true_frames_are_fitted_where_the_preset_fits_several(run, datas
     assert len(frames) == 3
 
 
-def test_a_true_frame_that_no_detector_saw_is_of_no_use(replaced, settings):
+def test_a_true_frame_that_no_detector_saw_is_of_no_use(replaced, dataset, settings):
     row = replaced["best frame"][WITHOUT_DETECTIONS]
     assert row["status"] == "fallback: training mean"
-    assert row["capacity_ml"] == settings.means["capacity_ml"]
+    means = settings.means.for_container(dataset["000002"].annotation)
+    assert row["capacity_ml"] == means["capacity_ml"]
 
 
 def test_true_dimensions_are_annotated_and_the_mass_network_is_given_them(
@@ -129,7 +130,8 @@ def test_true_dimensions_are_annotated_and_the_mass_network_is_given_them(
             assert row[quantity] == getattr(dataset[name].annotation, quantity)
     assert mass.inputs["width_top_mm"] == dataset["000001"].annotation.width_top_mm  # the last that was fitted
     assert rows[0]["container_mass_g"] == 20.0
-    assert rows[WITHOUT_DETECTIONS]["container_mass_g"] == run.settings.means["container_mass_g"]
+    means = run.settings.means.for_container(dataset["000002"].annotation)
+    assert rows[WITHOUT_DETECTIONS]["container_mass_g"] == means["container_mass_g"]
 
 
 def test_without_true_masks_only_dimensions_are_replaced(run, dataset, store):
