@@ -9,6 +9,7 @@ from corsmal.commands import complain, detector, evaluating, filling, mass, runs
 from corsmal.commands.attribution import attribute
 from corsmal.commands.demo import demo
 from corsmal.commands.doctor import doctor
+from corsmal.commands.reproducing import reproduce
 from corsmal.errors import CorsmalError
 
 Command = Callable[..., None]
@@ -19,6 +20,7 @@ COMMANDS: dict[str, Command] = {
     "estimate": runs.estimate,
     "submit": runs.submit,
     "attribute": attribute,
+    "reproduce": reproduce,
     "doctor": doctor,
 }
 RUNS: dict[str, Command] = {"list": runs.list_runs, "show": runs.show, "delete": runs.delete, "export": runs.export}

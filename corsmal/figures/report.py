@@ -72,7 +72,10 @@ def report_html(
         parts.append(f"<h2>{html.escape(heading)}</h2><div class='scroll'>{_table(table, digits)}</div>")
     if pins:
         parts.append("<h2>Pinned views</h2>")
-    parts += [f"<figure>{_pinned(pin)}<figcaption>{html.escape(pin.title)}</figcaption></figure>" for pin in pins]
+    parts += [
+        f"<figure>{_pinned(pin, number)}<figcaption>{html.escape(pin.title)}</figcaption></figure>"
+        for number, pin in enumerate(pins)
+    ]
     settings = pd.DataFrame({"parameter": list(parameters), "value": [str(value) for value in parameters.values()]})
     parts.append(f"<h2>Parameters</h2><div class='scroll'>{_table(settings, digits)}</div>")
     has_figures = any(pin.figure is not None for pin in pins)
@@ -85,12 +88,14 @@ def _table(table: pd.DataFrame, digits: int) -> str:
     return table.to_html(index=False, border=0, na_rep="–", float_format=f"{{:.{digits}f}}".format, justify="unset")
 
 
-def _pinned(pin: Pin) -> str:
+def _pinned(pin: Pin, number: int) -> str:
     if pin.figure is not None:
         # a theme's own transparent paper would leave dark text on a dark page
         figure = go.Figure(pin.figure).update_layout(paper_bgcolor="white", plot_bgcolor="white", height=520)
         config = {"showSendToCloud": False, "displaylogo": False, "responsive": True}
-        return str(plotly.io.to_html(figure, include_plotlyjs=False, full_html=False, config=config))
+        return str(
+            plotly.io.to_html(figure, include_plotlyjs=False, full_html=False, config=config, div_id=f"figure{number}")
+        )
     address = f"data:{pin.medium};base64,{base64.b64encode(pin.content).decode()}"
     if pin.medium == "audio/wav":
         return f"<audio controls src='{address}'></audio>"

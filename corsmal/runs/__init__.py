@@ -1,6 +1,7 @@
 """A run: what was asked, with what, and its rows; attribution, sweeps and what is learned from a dataset."""
 
 from corsmal.runs.making import make_run
+from corsmal.runs.reproduction import Reproduction, reproduce
 from corsmal.runs.run import Run, delete_run, list_runs, load_run
 
-__all__ = ["Run", "delete_run", "list_runs", "load_run", "make_run"]
+__all__ = ["Reproduction", "Run", "delete_run", "list_runs", "load_run", "make_run", "reproduce"]

@@ -1,0 +1,98 @@
+"""``reproduce``: the paper's evaluation from a dataset to its tables by one command."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from corsmal.commands import FeatureFolder, Root, progress_bar, say
+from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine
+
+if TYPE_CHECKING:
+    from corsmal.runs.reproduction_settings import PlannedStep
+
+
+def reproduce(
+    root: Root,
+    *,
+    out: Annotated[Path, typer.Option(help="Folder for networks, tables and the report.")],
+    test: Annotated[list[Path] | None, typer.Option(help="Test set; may be given several times.")] = None,
+    protocol: Annotated[
+        Literal["held-out", "paper"],
+        typer.Option(
+            help="held-out: no recording is judged by a network that was trained on it or chosen by it; paper: as "
+            "published, epochs are chosen on the recordings that are judged."
+        ),
+    ] = "held-out",
+    folds: Annotated[
+        Literal["spread", "containers"],
+        typer.Option(help="spread: containers are known to the networks; containers: they are not."),
+    ] = "spread",
+    seeds: Annotated[int, typer.Option(help="Number of cross-validations, with the seeds 0, 1, …", min=1)] = 1,
+    preset: Annotated[str, typer.Option(help="Parameters of the fit: paper, lode or tuned.")] = "paper",
+    networks: Annotated[Literal["paper", "tuned"], typer.Option(help="Preset of both networks.")] = "paper",
+    features: FeatureFolder = None,
+    detector: Annotated[
+        Literal["coco", "demo"] | None,
+        typer.Option(help="First detect in recordings without detections: Mask R-CNN, or the demo's small network."),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Few epochs, for a first look.")] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Print the steps with their times and stop.")] = False,
+    engine: EngineName = "local",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Reproduce the paper's tables: detection, geometry, cross-validation, final networks, Table 2, submissions.
+
+    Every step is kept: an interrupted command resumes, and a second one with the same options computes nothing.
+    """
+    from corsmal.dataset import open_dataset
+    from corsmal.parameters import SHAPE_PRESETS
+    from corsmal.runs.reproduction import StepProgress
+    from corsmal.runs.reproduction import reproduce as run
+    from corsmal.runs.reproduction_settings import ReproductionSettings
+    from corsmal.runs.reproduction_settings import plan as planned
+    from corsmal.stages.settings import find_detector
+
+    if preset not in SHAPE_PRESETS:
+        raise typer.BadParameter(f"there are the presets {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
+    settings = ReproductionSettings(
+        protocol=protocol,
+        folds=folds,
+        seeds=seeds,
+        shape=SHAPE_PRESETS[preset],
+        networks=networks,
+        features=None if features is None else features.resolve(),
+        detector=None if detector is None else find_detector(detector),
+        is_quick=quick,
+    )
+    dataset, tests = open_dataset(root), test or []
+    _say_plan(planned(dataset, settings, [open_dataset(folder) for folder in tests]))
+    if plan:
+        return
+    chosen_engine = choose_engine(
+        engine, workers=workers, scheduler=scheduler, recordings=len(dataset), detects=detector is not None
+    )
+    with progress_bar("reproduction, %") as bar:
+
+        def report(state: StepProgress) -> None:
+            bar(round(100 * state.share), 100, f"{state.step}: {_time(state.left_s)} left")
+
+        found = run(root, out=out, settings=settings, tests=tests, engine=chosen_engine, progress=report)
+    for note in found.notes:
+        say(note)
+    averages = found.table2[found.table2["container_id"].isna()].set_index("metric")
+    typer.echo(averages[["value", "low", "high", "recordings", "failures", "published"]].round(1).to_string())
+    say(f"Report: {found.report}")
+
+
+def _say_plan(steps: "list[PlannedStep]") -> None:
+    for step in steps:
+        say(f"{step.name}: {step.what}, about {_time(step.seconds)}")
+    say(f"Together about {_time(sum(step.seconds for step in steps))} on two cores where nothing is kept yet.")
+
+
+def _time(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

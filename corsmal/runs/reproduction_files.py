@@ -1,0 +1,134 @@
+"""The files of a reproduction: Table 2, Fig. 3, Table 3, the leaderboard's row, submissions and the report."""
+
+from dataclasses import asdict, fields
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from corsmal.dataset.annotation import Kind
+from corsmal.errors import ArgumentError
+from corsmal.evaluation import (
+    cell_table,
+    challenge_scores,
+    confusion_tables,
+    error_table,
+    filling_confusion_tables,
+    find_split,
+    leaderboard_row,
+    leaderboard_with,
+    submission_table,
+    table_2_texts,
+    typeset_table_2,
+    write_estimates,
+    write_submission,
+)
+from corsmal.evaluation.exporting import TableFormat
+from corsmal.figures.heatmaps import confusion_figure
+from corsmal.figures.report import Pin, report_html
+from corsmal.files import writing
+from corsmal.runs.reproduction_results import Results, TestResult
+from corsmal.runs.reproduction_settings import ReproductionSettings
+
+FORMATS: dict[str, TableFormat] = {".csv": "csv", ".tex": "latex", ".md": "markdown", ".html": "html"}
+LABELS = {"filling_level": "Filling level", "filling_type": "Filling type"}
+RESAMPLES_SEED = 0
+
+
+def write_results(results: Results, settings: ReproductionSettings, out: Path) -> tuple[pd.DataFrame, Path]:
+    """Write everything that a reproduction leaves, in a folder named after its protocol and folds.
+
+    Args:
+        results: what the steps found.
+        settings: what was asked for.
+        out: the reproduction's folder.
+
+    Returns:
+        Table 2 cell by cell, and the path of the report.
+
+    Raises:
+        ArgumentError: no recording's container is known.
+        FileError: a file cannot be written.
+    """
+    folder = out / f"{settings.protocol}-{settings.folds}{'-quick' if settings.is_quick else ''}"
+    annotation = results.dataset.table
+    errors = error_table(results.rows, annotation, protocol=settings.protocol)
+    cells = cell_table(errors, rng=np.random.default_rng(RESAMPLES_SEED))
+    split = find_split(annotation, name=results.dataset.name)
+    notes = tuple(dict.fromkeys((settings.sentence(), *results.notes, *errors.attrs["notes"])))
+    for ending, table_format in FORMATS.items():
+        text = typeset_table_2(cells, table_format=table_format, notes=notes, is_like_with_like=split.split == "train")
+        _write(folder / f"table2{ending}", text)
+    write_estimates(results.rows, folder / "estimates.csv")
+    tables = {"Table 2: MPF1 and MAPE in %, 95 % intervals": table_2_texts(cells)}
+    tables |= _seeds(results, settings)
+    tables |= {f"Test set {test.dataset.name}": _test_table(test, folder) for test in results.tests}
+    pins = []
+    for quantity, label in LABELS.items():
+        counts = _confusions(results, errors, quantity)
+        if sum(int(table.to_numpy().sum()) for table in counts.values()):
+            title = f"Fig. 3, {label.lower()}: rows are true, columns predicted; {_judged(results)}"
+            pins.append(Pin(title, confusion_figure(counts)))
+    tables["Notes"] = pd.DataFrame({"note": [*notes, str(split)]})
+    report = folder / "report.html"
+    html = report_html(
+        f"Reproduction on {results.dataset.name}: {settings.sentence()}",
+        tables=tables,
+        pins=pins,
+        parameters=_parameters(settings),
+    )
+    _write(report, html)
+    return cells, report
+
+
+def _confusions(results: Results, errors: pd.DataFrame, quantity: str) -> dict[Kind, pd.DataFrame]:
+    if results.rounds is not None:
+        return filling_confusion_tables(results.rounds, quantity)
+    return confusion_tables(errors, quantity)
+
+
+def _judged(results: Results) -> str:
+    return "all recordings" if results.rounds is None else "the round whose kept epoch has the least loss"
+
+
+def _seeds(results: Results, settings: ReproductionSettings) -> dict[str, pd.DataFrame]:
+    """Table 2's averages by seed, where there are several."""
+    if not results.more_seeds:
+        return {}
+    rows = []
+    for seed, table in enumerate((results.rows, *results.more_seeds)):
+        errors = error_table(table, results.dataset.table, protocol=settings.protocol)
+        cells = cell_table(errors, rng=np.random.default_rng(RESAMPLES_SEED))
+        averages = cells[cells["container_id"].isna()]
+        rows.append({"seed": str(seed)} | dict(zip(averages["metric"], averages["value"], strict=True)))
+    table = pd.DataFrame(rows)
+    numbers = table.drop(columns="seed")
+    summary = pd.DataFrame([numbers.mean(), numbers.std()]).assign(seed=["mean", "standard deviation"])
+    return {"Average by seed": pd.concat([table, summary], ignore_index=True)}
+
+
+def _test_table(test: TestResult, folder: Path) -> pd.DataFrame:
+    """The challenge's scores of a test set beside the published ones; its submission is written."""
+    known = test.dataset.table
+    submission = submission_table(test.rows, recordings=known.index)
+    write_submission(submission, folder / f"submission_{test.dataset.name}.csv")
+    split = find_split(known, name=test.dataset.name)
+    try:
+        scores = challenge_scores(known, submission, split=split.split)
+    except ArgumentError as error:
+        return pd.DataFrame({"note": [f"A submission was written; no scores: {error}"]})
+    if scores.drop(["overall"]).isna().all():
+        return pd.DataFrame({"note": ["A submission was written; without annotation there are no scores."]})
+    if split.split in ("public", "private"):
+        return leaderboard_with(scores, split=split.split, name="this program")
+    return leaderboard_row(scores, name=f"this program; {split}")
+
+
+def _parameters(settings: ReproductionSettings) -> dict[str, object]:
+    own = {field.name: getattr(settings, field.name) for field in fields(settings)}
+    return {name: value for name, value in own.items() if name != "shape"} | asdict(settings.shape)
+
+
+def _write(path: Path, text: str) -> None:
+    with writing(path, advice="free the disk or choose another folder; what was computed is kept") as part:
+        part.write_text(text, encoding="utf-8")

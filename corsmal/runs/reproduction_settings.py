@@ -1,0 +1,175 @@
+"""What a reproduction is asked for, and the plan of its steps with the time that each takes."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, get_args
+
+from corsmal.dataset import Dataset, Recording
+from corsmal.dataset.audio import CHANNELS
+from corsmal.errors import ArgumentError
+from corsmal.parameters import METHOD_VIEWS, ShapeParameters
+from corsmal.stages.settings import DetectorSettings
+
+if TYPE_CHECKING:
+    from corsmal.filling import FillingTraining
+    from corsmal.mass import MassTraining
+
+Protocol = Literal["held-out", "paper"]
+Folds = Literal["spread", "containers"]
+NetworkPreset = Literal["paper", "tuned"]
+
+QUICK_EPOCHS, QUICK_MASS_EPOCHS = 3, 20
+FILLING_FOLDS, MASS_FOLDS, CONTAINER_FOLDS = 7, 5, 3
+
+
+@dataclass(frozen=True)
+class ReproductionSettings:
+    """How the paper's evaluation is repeated.
+
+    Args:
+        protocol: ``held-out``: every number comes from a network that has not seen the recording, and whose epoch was
+            chosen by other recordings; ``paper``: filling is judged on the fold by which its epoch was chosen, mass on
+            the fifth of the recordings by which its training was stopped.
+        folds: ``spread``: seven folds for the filling with every configuration in each, five for the mass with every
+            container in each; ``containers``: three folds of containers that the network has not seen.
+        seeds: number of cross-validations, with the seeds 0, 1, ….
+        shape: parameters of the fit.
+        networks: preset of both networks.
+        features: folder of arrays for the filling network; None: log-mel of the sound.
+        detector: for recordings without detections; None: they have no geometry.
+        is_quick: few epochs, for a first look; the tables say so.
+
+    Raises:
+        ArgumentError: a choice is unknown, or seeds is below 1.
+    """
+
+    protocol: Protocol = "held-out"
+    folds: Folds = "spread"
+    seeds: int = 1
+    shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
+    networks: NetworkPreset = "paper"
+    features: Path | None = None
+    detector: DetectorSettings | None = None
+    is_quick: bool = False
+
+    def __post_init__(self) -> None:
+        for name, choices in (("protocol", Protocol), ("folds", Folds), ("networks", NetworkPreset)):
+            if getattr(self, name) not in get_args(choices):
+                raise ArgumentError(f"{name} must be one of {get_args(choices)}, got {getattr(self, name)!r}")
+        if self.seeds < 1:
+            raise ArgumentError(f"seeds must be at least 1, got {self.seeds}")
+
+    @property
+    def filling(self) -> "FillingTraining":
+        """How the filling networks are trained."""
+        from corsmal.filling import FillingTraining  # noqa: PLC0415 - loads PyTorch
+
+        training = FillingTraining.of(self.networks)
+        return replace(training, epochs=QUICK_EPOCHS) if self.is_quick else training
+
+    @property
+    def mass(self) -> "MassTraining":
+        """How the mass networks are trained."""
+        from corsmal.mass import MassConfig, MassTraining  # noqa: PLC0415 - as above
+
+        network = MassConfig.paper() if self.networks == "paper" else MassConfig.tuned()
+        training = MassTraining(network=network)
+        return replace(training, epochs=QUICK_MASS_EPOCHS) if self.is_quick else training
+
+    def sentence(self) -> str:
+        """How the numbers were made, for a report."""
+        judged = {
+            "held-out": "Held-out protocol: no network was trained on a recording that it is judged on, nor was its "
+            "epoch chosen on it",
+            "paper": "The paper's protocol: filling is judged on the fold by which its epoch was chosen, container "
+            "mass on the fifth of the recordings by which its training was stopped",
+        }[self.protocol]
+        split = {
+            "spread": "recordings are spread over the folds, so that the containers are known to the networks",
+            "containers": "folds are whole containers (1, 4, 7; 2, 5, 8; 3, 6, 9), unknown to the networks",
+        }[self.folds]
+        quick = " Trained for a few epochs only (quick): a first look, not a result." if self.is_quick else ""
+        return f"{judged}; {split}.{quick}"
+
+
+@dataclass(frozen=True)
+class PlannedStep:
+    """A step of the plan.
+
+    Args:
+        name: of the step.
+        what: what it does, for people.
+        seconds: how long it should take on two cores, where nothing of it is kept yet.
+    """
+
+    name: str
+    what: str
+    seconds: float
+
+
+DETECT_S = {"demo": 0.09, "coco": 2.5}
+"""A frame of the small network, and of Mask R-CNN."""
+
+FRAMES_SEARCHED = 45
+"""Frames of a view that a search for the best frame inspects in a recording of ten seconds."""
+
+FIT_S = {"circumferences": 0.05, "outlines": 0.7}
+MEL_S, MEL_EPOCH_S, ARRAY_EPOCH_S = 0.3, 0.014, 0.0025
+"""Of a recording: log-mel of ten seconds with eight channels; an epoch on them; an epoch on an array."""
+
+MASS_EPOCHS, MASS_EPOCH_S = 150, 0.004
+"""Epochs that a training of the mass network lasts, and seconds of one for a recording."""
+
+
+def plan(dataset: Dataset, settings: ReproductionSettings, tests: Iterable[Dataset] = ()) -> list[PlannedStep]:
+    """The steps of a reproduction with the time that each takes, as measured on two cores.
+
+    Args:
+        dataset: the training set.
+        settings: the settings.
+        tests: test sets.
+    """
+    filmed = [recording for recording in dataset if is_filmed(recording)]
+    table = dataset.table
+    labelled = int(table["filling_type"].notna().sum())
+    weighed = sum(1 for recording in filmed if recording.annotation and recording.annotation.container_mass_g)
+    by_container = settings.folds == "containers"
+    epoch_s = labelled * (MEL_EPOCH_S if settings.features is None else ARRAY_EPOCH_S)
+    epochs = (QUICK_EPOCHS if settings.is_quick else 150) if settings.networks == "paper" else 8 * 30
+    folds = CONTAINER_FOLDS if by_container else FILLING_FOLDS
+    rounds = settings.seeds * folds
+    mass_epochs = QUICK_MASS_EPOCHS if settings.is_quick else MASS_EPOCHS
+    mass_folds = CONTAINER_FOLDS if by_container else MASS_FOLDS
+    mass_rounds = settings.seeds * (mass_folds if settings.protocol == "held-out" else 1)
+    mass_round_s = mass_epochs * weighed * MASS_EPOCH_S
+    steps = [
+        PlannedStep("geometry", f"best frames and hulls of {len(filmed)} recordings", _geometry_s(filmed, settings)),
+        PlannedStep(
+            "features",
+            f"what the filling network is given of {labelled} recordings, {CHANNELS} channels"
+            if settings.features is None
+            else f"arrays of {labelled} recordings",
+            labelled * (MEL_S if settings.features is None else 0.001),
+        ),
+        PlannedStep("filling", f"{rounds} networks of {epochs} epochs", rounds * epochs * epoch_s),
+        PlannedStep("masks", f"masks and dimensions of {weighed} recordings", weighed * FIT_S[settings.shape.method]),
+        PlannedStep("mass", f"{mass_rounds} networks", mass_rounds * mass_round_s),
+        PlannedStep("final networks", "one of each kind on all recordings", epochs * epoch_s + mass_round_s),
+    ]
+    for test in tests:
+        recordings = [recording for recording in test if is_filmed(recording)]
+        steps.append(PlannedStep(f"test {test.name}", f"{len(test)} recordings", _geometry_s(recordings, settings)))
+    return [*steps, PlannedStep("tables", "tables, figures, submissions and the report", 20.0)]
+
+
+def is_filmed(recording: Recording) -> bool:
+    """Whether there is anything of a recording that a hull could be fitted to."""
+    return any(name in recording.views for name in METHOD_VIEWS)
+
+
+def _geometry_s(recordings: Iterable[Recording], settings: ReproductionSettings) -> float:
+    frame_s = 0.0 if settings.detector is None else DETECT_S[settings.detector.method]
+    views = [recording.views[name] for recording in recordings for name in METHOD_VIEWS if name in recording.views]
+    without = sum(view.detections_path is None for view in views)
+    return len(views) / len(METHOD_VIEWS) * FIT_S[settings.shape.method] + without * FRAMES_SEARCHED * frame_s

@@ -1,0 +1,218 @@
+import json
+import shutil
+
+import pytest
+
+from corsmal.dataset import open_dataset
+from corsmal.errors import ArgumentError, FileError
+from corsmal.evaluation import read_estimates, read_submission
+from corsmal.runs import reproduce
+from corsmal.runs.reproduction_settings import ReproductionSettings, plan
+from corsmal.store import Store
+from tests.tiny import write_tiny_dataset
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
+
+FILLINGS = ((0, 0), (1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
+QUICK = ReproductionSettings(is_quick=True)
+COUNT = 21
+
+
+def write_dataset(root, *, recordings=COUNT):
+    """Recordings of two frames, whose containers and fillings are spread."""
+    write_tiny_dataset(root, recordings=recordings, frames=2)
+    path = next(root.glob("*annotation.json"))
+    content = json.loads(path.read_text())
+    for index, row in enumerate(content["annotations"]):
+        row["filling type"], row["filling level"] = FILLINGS[index % len(FILLINGS)]
+    path.write_text(json.dumps(content))
+    return root
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory):
+    return write_dataset(tmp_path_factory.mktemp("set") / "ROOT")
+
+
+@pytest.fixture(scope="module")
+def test_root(tmp_path_factory):
+    """A test set: other recordings of the same numbers."""
+    root = write_tiny_dataset(tmp_path_factory.mktemp("set") / "TEST", frames=3)
+    path = next(root.glob("*annotation.json"))
+    content = json.loads(path.read_text())
+    for row in content["annotations"]:
+        row["container id"] += 9
+    path.write_text(json.dumps(content))
+    return root
+
+
+@pytest.fixture(scope="module")
+def made(root, test_root, tmp_path_factory):
+    out, states = tmp_path_factory.mktemp("out"), []
+    store = Store(tmp_path_factory.mktemp("cache"))
+    found = reproduce(root, out=out, settings=QUICK, tests=[test_root], store=store, progress=states.append)
+    return found, states, store
+
+
+def files_of(folder):
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def test_every_number_of_a_network_is_held_out(made):
+    found, _, _ = made
+    rows = found.rows[found.rows["filling_type"].notna()]
+    assert len(found.rows) == COUNT
+    assert rows["filling_held_out"].all()
+    assert found.rows.loc[found.rows["container_mass_g"].notna(), "mass_held_out"].all()
+    averages = found.table2[found.table2["container_id"].isna()].set_index("metric")
+    assert averages.loc["capacity_mape", "recordings"] == COUNT
+    assert averages["left_out"].eq(0).all()
+
+
+def test_it_leaves_tables_submission_and_report(made):
+    found, _, _ = made
+    folder = found.report.parent
+    assert folder.name == "held-out-spread-quick"
+    assert {path.name for path in folder.iterdir()} >= {
+        "table2.csv",
+        "table2.tex",
+        "table2.md",
+        "table2.html",
+        "estimates.csv",
+        "submission_TEST.csv",
+        "report.html",
+    }
+    assert len(read_estimates(folder / "estimates.csv")) == COUNT
+    submission = read_submission(folder / "submission_TEST.csv")
+    assert len(submission) == 3
+    assert (submission["Execution time"] > 0).any()
+    report = found.report.read_text(encoding="utf-8")
+    assert "no network was trained on a recording that it is judged on" in report
+    assert "a first look, not a result" in report
+
+
+def test_progress_names_the_steps_in_order_and_ends(made):
+    _, states, _ = made
+    order = list(dict.fromkeys(state.step for state in states))
+    assert order == ["geometry", "features", "filling", "masks", "mass", "final networks", "test TEST", "tables"]
+    shares = [state.share for state in states]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    assert all(state.left_s >= 0 for state in states)
+
+
+def test_a_second_call_trains_nothing_and_gives_the_same_bytes(made, root, test_root, monkeypatch):
+    found, _, store = made
+    before = files_of(found.out)
+
+    def refuse(*_args, **_options):
+        raise AssertionError("this should have been kept")
+
+    monkeypatch.setattr("corsmal.filling.training.fit_network", refuse)
+    monkeypatch.setattr("corsmal.mass.training._fit", refuse)
+    reproduce(root, out=found.out, settings=QUICK, tests=[test_root], store=store)
+    assert files_of(found.out) == before
+
+
+@pytest.mark.parametrize("moment", [2, 30, 60, 75])
+def test_a_killed_reproduction_is_resumed_to_the_same_tables(made, root, test_root, tmp_path, moment):
+    found, _, store = made
+    states = []
+
+    class Killed(BaseException):
+        pass
+
+    def kill(state):
+        states.append(state)
+        if len(states) > moment:
+            raise Killed
+
+    with pytest.raises(Killed):
+        reproduce(root, out=tmp_path, settings=QUICK, tests=[test_root], store=store, progress=kill)
+    again = reproduce(root, out=tmp_path, settings=QUICK, tests=[test_root], store=store)
+    folder = found.report.parent
+    assert files_of(again.report.parent) == files_of(folder)
+
+
+def test_the_paper_s_protocol_judges_mass_on_its_fifth_and_says_so(root, made, tmp_path):
+    _, _, store = made
+    paper = ReproductionSettings(protocol="paper", is_quick=True)
+    found = reproduce(root, out=tmp_path, settings=paper, store=store)
+    assert set(found.rows["protocol"]) == {"paper"}
+    weighed = found.rows["container_mass_g"].notna().sum()
+    assert 0 < weighed < COUNT / 2
+    assert "The paper's protocol" in found.report.read_text(encoding="utf-8")
+    assert "least loss" in found.report.read_text(encoding="utf-8")
+
+
+def test_labels_learned_by_heart_do_not_reach_the_tables(root, tmp_path, monkeypatch):
+    """Random labels and features that name the recording: in-sample 100 %, held out no better than chance."""
+    import numpy as np  # noqa: PLC0415
+
+    from corsmal.filling import FillingPredictor, FillingTraining  # noqa: PLC0415
+
+    rng = np.random.default_rng(0)
+    copied = shutil.copytree(root, tmp_path / "ROOT")
+    path = next(copied.glob("*annotation.json"))
+    content = json.loads(path.read_text())
+    numbers = rng.permutation(len(content["annotations"]))
+    for row, number in zip(content["annotations"], numbers, strict=True):
+        row["filling type"], row["filling level"] = FILLINGS[number % len(FILLINGS)]
+    path.write_text(json.dumps(content))
+    arrays = tmp_path / "arrays"
+    arrays.mkdir()
+    for index, name in enumerate(open_dataset(copied).ids):
+        array = rng.normal(0, 0.1, (6, 128)).astype(np.float32)
+        array[:, 4 * index : 4 * index + 4] += 6
+        np.save(arrays / f"{name}.npy", array)
+    settings = ReproductionSettings(features=arrays)
+    by_heart = FillingTraining(keep="last", passes="joint", epochs=25, rate=3e-3)
+    monkeypatch.setattr(ReproductionSettings, "filling", by_heart)
+    found = reproduce(copied, out=tmp_path / "out", settings=settings, store=Store(tmp_path / "cache"))
+    dataset = open_dataset(copied)
+    truth = dataset.table
+    [weights] = (tmp_path / "out" / "networks").glob("*/filling/filling.safetensors")
+    predictor = FillingPredictor(weights)
+    in_sample = [
+        predictor.predict(np.load(arrays / f"{name}.npy")[None]).pair
+        == (truth.loc[name, "filling_type"], truth.loc[name, "filling_level"])
+        for name in dataset.ids
+    ]
+    assert np.mean(in_sample) == 1.0
+    assert all(predictor.trained_on.has_seen(recording) for recording in dataset)
+    rows = found.rows.set_index("recording_id")
+    held_out = (rows["filling_type"] == truth["filling_type"]) & (rows["filling_level"] == truth["filling_level"])
+    assert held_out.mean() < 0.5
+
+
+def test_a_test_set_of_training_recordings_is_refused(root, tmp_path):
+    with pytest.raises(ArgumentError, match="recordings of the training set"):
+        reproduce(root, out=tmp_path, settings=QUICK, tests=[root], store=Store(tmp_path / "cache"))
+
+
+def test_a_folder_of_another_reproduction_is_refused(made, test_root):
+    found, _, store = made
+    with pytest.raises(FileError, match="another dataset"):
+        reproduce(test_root, out=found.out, settings=QUICK, store=store)
+
+
+def test_a_dataset_without_annotation_is_refused(root, tmp_path):
+    copied = shutil.copytree(root, tmp_path / "ROOT")
+    next(copied.glob("*annotation.json")).unlink()
+    with pytest.raises(ArgumentError, match="no annotation"):
+        reproduce(copied, out=tmp_path / "out", settings=QUICK, store=Store(tmp_path / "cache"))
+
+
+def test_the_plan_has_a_time_for_every_step(root, test_root):
+    steps = plan(open_dataset(root), QUICK, [open_dataset(test_root)])
+    assert [step.name for step in steps][-2:] == ["test TEST", "tables"]
+    assert all(step.seconds >= 0 for step in steps)
+    longer = plan(open_dataset(root), ReproductionSettings(seeds=3))
+    assert sum(step.seconds for step in longer) > sum(step.seconds for step in steps)
+
+
+def test_wrong_choices_are_named():
+    with pytest.raises(ArgumentError, match="protocol must be one of"):
+        ReproductionSettings(protocol="none")
+    with pytest.raises(ArgumentError, match="seeds"):
+        ReproductionSettings(seeds=0)
