@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 
 from corsmal.figures.style import BEST, HULL, INSIDE, OUTSIDE, TRUTH, Part, axis, plain_layout
 
-VERDICT_COLOURS = {"better": INSIDE, "worse": OUTSIDE, "not told apart": TRUTH}
+VERDICT_COLOURS = {"better": INSIDE, "worse": OUTSIDE, "no significant difference": TRUTH}
 POINT_JITTER = 0.32
 """How far points are moved apart, of the distance between two rows."""
 

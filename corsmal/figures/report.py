@@ -57,6 +57,7 @@ def report_html(
     pins: Sequence[Pin] = (),
     parameters: Mapping[str, object],
     digits: int = 1,
+    banner: str = "",
 ) -> str:
     """A page that opens without a network: everything is in it, plotly.js once, and nothing is sent anywhere.
 
@@ -66,8 +67,9 @@ def report_html(
         pins: in their order.
         parameters: by name, what the numbers were computed with.
         digits: after the decimal point, of the tables' fractions.
+        banner: a sentence below the title that no reader may miss, such as what the numbers may be used for.
     """
-    parts = [f"<h1>{html.escape(title)}</h1>"]
+    parts = [f"<h1>{html.escape(title)}</h1>", f"<p><strong>{html.escape(banner)}</strong></p>" if banner else ""]
     for heading, table in tables.items():
         parts.append(f"<h2>{html.escape(heading)}</h2><div class='scroll'>{_table(table, digits)}</div>")
     if pins:

@@ -71,13 +71,16 @@ def pin_frames(recording: Recording, *, pair: Pair, frame: int, centre_rule: Cen
     pin_button("the pictures", pictures, key="frames")
 
 
-def report_panel(title: str, tables: Mapping[str, pd.DataFrame], parameters: Mapping[str, object]) -> None:
+def report_panel(
+    title: str, tables: Mapping[str, pd.DataFrame], parameters: Mapping[str, object], *, banner: str
+) -> None:
     """The pinned views, and the button that downloads the report.
 
     Args:
         title: of the report.
         tables: by heading.
         parameters: what the numbers were computed with.
+        banner: sentence below the title.
     """
     if not pins():
         st.info(
@@ -90,7 +93,7 @@ def report_panel(title: str, tables: Mapping[str, pd.DataFrame], parameters: Map
     chosen = list(pins())
     st.download_button(
         "Report as HTML",
-        lambda: report_html(title, tables=tables, pins=chosen, parameters=parameters).encode(),
+        lambda: report_html(title, banner=banner, tables=tables, pins=chosen, parameters=parameters).encode(),
         "report.html",
         "text/html",
         icon=":material/download:",

@@ -14,7 +14,7 @@ from corsmal.engines import local
 from corsmal.engines.tasks import open_detector
 from corsmal.errors import CorsmalError
 from corsmal.estimation import estimate
-from corsmal.evaluation import container_table, error_table, export_table, read_estimates, read_submission
+from corsmal.evaluation import cell_table, error_table, read_estimates, read_submission, typeset_table_2
 from corsmal.filling import FillingPredictor, FillingTraining
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import load_detections
@@ -187,7 +187,8 @@ def test_estimates_are_a_table_that_is_judged_and_submitted(tiny_dataset_root, n
     assert judged.exit_code == 0, judged.output
     assert "By container" in judged.output
     errors = error_table(read_estimates(table), open_dataset(tiny_dataset_root).table)
-    assert (tmp_path / "table.csv").read_text() == export_table(container_table(errors), table_format="csv")
+    cells = cell_table(errors, rng=np.random.default_rng(0))
+    assert (tmp_path / "table.csv").read_text() == typeset_table_2(cells, table_format="csv")
     sent = RUNNER.invoke(cli.app, ["submit", str(tiny_dataset_root), str(table), str(tmp_path / "sent.csv")])
     assert sent.exit_code == 0, sent.output
     assert len(read_submission(tmp_path / "sent.csv")) == len(rows)

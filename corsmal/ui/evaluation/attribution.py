@@ -12,6 +12,7 @@ from corsmal.figures.heatmaps import blame_figure
 from corsmal.runs.attribution import STAGES, attribute_run, known_stages, load_attribution
 from corsmal.runs.run import Run
 from corsmal.ui import data
+from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.evaluation.cached import METRIC_NAMES
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.runs import follow
@@ -29,7 +30,7 @@ def attribution_section(run: Run, dataset: Dataset) -> None:
         _offer(key, run, dataset)
         return
     replaced = {stage: estimates_table(found) for stage, found in rows.items()}
-    table = attribution_table(run.table, replaced, dataset.table)
+    table = attribution_table(run.table, replaced, dataset.table, protocol=evaluation.protocol())
     changed = table[table["stage"] != AS_IT_IS]
     st.markdown(
         "How much of the error goes away when one stage is **replaced by the truth**: 100 % when nothing is left of "

@@ -10,14 +10,18 @@ import streamlit as st
 
 from corsmal.dataset import Dataset
 from corsmal.evaluation import (
+    cell_table,
     challenge_scores,
     changed_sides,
     compare_runs,
     container_table,
     error_table,
+    find_split,
     submission_table,
 )
-from corsmal.evaluation.challenge import Split
+from corsmal.evaluation.challenge import Absent
+from corsmal.evaluation.protocols import Protocol
+from corsmal.evaluation.splits import FoundSplit, Split
 from corsmal.quantities import QUANTITIES
 from corsmal.runs.run import KIND, Run, list_runs
 from corsmal.ui import data
@@ -29,6 +33,8 @@ STAGE_PAGES = {quantity.metric: quantity.stage for quantity in QUANTITIES} | {"f
 """The page of the stage that a number comes from."""
 
 RESAMPLES_SEED = 0
+
+PROTOCOL = "evaluation_protocol"
 
 
 def annotation_key(dataset: Dataset) -> str:
@@ -56,19 +62,23 @@ def _runs(folder: str, times: Sequence[tuple[str, int]], root: str) -> list[Run]
     return list_runs(store=data.store(), dataset=root)
 
 
-@st.cache_resource(max_entries=8, show_spinner=False, hash_funcs=KEYS)
+def protocol() -> Protocol:
+    """Which numbers of networks count, as this session has chosen."""
+    chosen: Protocol = st.session_state.get(PROTOCOL, "held-out")
+    return chosen
+
+
 def errors(run: Run, dataset: Dataset) -> pd.DataFrame:
-    """A run's error table.
+    """A run's error table, by the session's protocol.
 
     Raises:
         ArgumentError: run and annotation have no recording in common.
     """
-    return error_table(run.table, dataset.table)
+    return _errors(run, dataset, protocol())
 
 
-@st.cache_resource(max_entries=8, show_spinner=False, hash_funcs=KEYS)
 def containers(run: Run, dataset: Dataset) -> pd.DataFrame:
-    """A run's Table 2.
+    """A run's Table 2, by the session's protocol.
 
     Raises:
         ArgumentError: no recording's container is known.
@@ -76,25 +86,53 @@ def containers(run: Run, dataset: Dataset) -> pd.DataFrame:
     return container_table(errors(run, dataset))
 
 
-@st.cache_resource(max_entries=8, show_spinner=False, hash_funcs=KEYS)
-def scores(run: Run, dataset: Dataset, *, split: Split) -> pd.Series:
-    """The challenge's scores of a run, with ``attrs["notes"]``.
+def cells(run: Run, dataset: Dataset, *protocols: Protocol) -> pd.DataFrame:
+    """A run's Table 2 cell by cell, by each protocol; by the session's if none is named.
+
+    Raises:
+        ArgumentError: no recording's container is known.
+    """
+    return pd.concat([_cells(run, dataset, name) for name in protocols or (protocol(),)], ignore_index=True)
+
+
+def scores(run: Run, dataset: Dataset, *, split: Split, absent: Absent = "skip") -> pd.Series:
+    """The challenge's scores of a run by the session's protocol, with ``attrs["notes"]``.
 
     Raises:
         ArgumentError: run and annotation have no recording in common.
     """
-    return challenge_scores(dataset.table, submission_table(run.table), split=split)
+    return _scores(run, dataset, protocol(), split, absent)
 
 
-@st.cache_resource(max_entries=8, show_spinner="Drawing recordings, 2000 times", hash_funcs=KEYS)
 def comparison(first: Run, second: Run, dataset: Dataset) -> pd.DataFrame:
-    """Paired differences of two runs, see ``compare_runs``.
+    """Paired differences of two runs by the session's protocol, see ``compare_runs``.
 
     Raises:
         ArgumentError: they have nothing in common that could be compared.
     """
-    rng = np.random.default_rng(RESAMPLES_SEED)
-    return compare_runs(errors(first, dataset), errors(second, dataset), rng=rng)
+    return _comparison(first, second, dataset, protocol())
+
+
+@st.cache_resource(max_entries=8, show_spinner=False, hash_funcs=KEYS)
+def _errors(run: Run, dataset: Dataset, protocol: Protocol) -> pd.DataFrame:
+    return error_table(run.table, dataset.table, protocol=protocol)
+
+
+@st.cache_resource(max_entries=8, show_spinner=False, hash_funcs=KEYS)
+def _cells(run: Run, dataset: Dataset, protocol: Protocol) -> pd.DataFrame:
+    return cell_table(_errors(run, dataset, protocol), rng=np.random.default_rng(RESAMPLES_SEED))
+
+
+@st.cache_resource(max_entries=8, show_spinner=False, hash_funcs=KEYS)
+def _scores(run: Run, dataset: Dataset, protocol: Protocol, split: Split, absent: Absent) -> pd.Series:
+    submission, judged = submission_table(run.table), _errors(run, dataset, protocol)
+    return challenge_scores(dataset.table, submission, split=split, absent=absent, errors=judged)
+
+
+@st.cache_resource(max_entries=8, show_spinner="Drawing recordings, 2000 times", hash_funcs=KEYS)
+def _comparison(first: Run, second: Run, dataset: Dataset, protocol: Protocol) -> pd.DataFrame:
+    tables = [_errors(run, dataset, protocol) for run in (first, second)]
+    return compare_runs(tables[0], tables[1], rng=np.random.default_rng(RESAMPLES_SEED))
 
 
 def sides(first: Run, second: Run, dataset: Dataset, *, threshold_percent: float) -> pd.DataFrame:
@@ -111,7 +149,6 @@ def is_annotated(dataset: Dataset) -> bool:
     return bool(dataset.table["capacity_ml"].notna().any() or dataset.table["filling_type"].notna().any())
 
 
-def is_training_set(dataset: Dataset) -> bool:
-    """Whether a dataset's annotation looks like the challenge's training set."""
-    known = dataset.table["container_id"]
-    return len(known) == 684 and bool(known.isin(range(1, 10)).all())
+def split(dataset: Dataset) -> FoundSplit:
+    """Which of the challenge's sets a dataset is."""
+    return find_split(dataset.table, name=dataset.name)

@@ -1,16 +1,20 @@
 """What every section of the Evaluation page may end with: notes, tables as files, the estimates themselves."""
 
+from collections.abc import Callable
 from functools import partial
 
 import pandas as pd
 import streamlit as st
 
 from corsmal.dataset import Dataset
-from corsmal.evaluation import TABLE_FORMATS, export_table, submission_csv, submission_table
+from corsmal.evaluation import ENDINGS, TABLE_FORMATS, export_table, submission_csv, submission_table
 from corsmal.evaluation.exporting import TableFormat
 from corsmal.runs.run import Run
 
-ENDINGS = {"csv": "csv", "latex": "tex", "html": "html"}
+NAMES: dict[TableFormat, str] = {"csv": "CSV", "latex": "LaTeX", "html": "HTML", "markdown": "Markdown"}
+
+Exporter = Callable[..., str]
+"""Such as ``export_table``: a table and its ``table_format`` to text."""
 
 
 def submission(run: Run, dataset: Dataset) -> None:
@@ -44,14 +48,14 @@ def notes(sentences: tuple[str, ...]) -> None:
                 st.text(sentence)
 
 
-def downloads(table: pd.DataFrame, *, name: str) -> None:
+def downloads(table: pd.DataFrame, *, name: str, export: Exporter = export_table) -> None:
     """Buttons for a table in every format."""
     columns = st.columns(len(TABLE_FORMATS))
     for column, table_format in zip(columns, TABLE_FORMATS, strict=True):
         column.download_button(
-            table_format.upper() if table_format != "latex" else "LaTeX",
-            partial(_exported, table, table_format),
-            f"{name}.{ENDINGS[table_format]}",
+            NAMES[table_format],
+            partial(_exported, export, table, table_format),
+            f"{name}{ENDINGS[table_format]}",
             key=f"download {name} {table_format}",
             icon=":material/download:",
             on_click="ignore",
@@ -59,5 +63,5 @@ def downloads(table: pd.DataFrame, *, name: str) -> None:
         )
 
 
-def _exported(table: pd.DataFrame, table_format: TableFormat) -> bytes:
-    return export_table(table, table_format=table_format).encode()
+def _exported(export: Exporter, table: pd.DataFrame, table_format: TableFormat) -> bytes:
+    return export(table, table_format=table_format).encode()

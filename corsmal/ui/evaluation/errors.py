@@ -1,4 +1,4 @@
-"""How errors spread over containers, and who is taken for whom."""
+"""How errors spread over containers, and which class is predicted for which."""
 
 import pandas as pd
 import streamlit as st
@@ -23,7 +23,7 @@ def spread_section(run: Run, dataset: Dataset) -> None:
     errors = evaluation.errors(run, dataset)
     known = [metric for metric in METRICS if pd.notna(metric_of(errors, metric))]
     if not known:
-        st.info("No estimate of this run can be held against the annotation.", icon=":material/info:")
+        st.info("No estimate of this run can be compared with the annotation.", icon=":material/info:")
         return
     metric = st.segmented_control(
         "Metric",
@@ -56,7 +56,7 @@ def spread_section(run: Run, dataset: Dataset) -> None:
 
 
 def confusion_section(run: Run, dataset: Dataset) -> None:
-    """Fig. 3: who is taken for whom, by cup, glass and box."""
+    """Fig. 3: which class is predicted for which, by cup, glass and box."""
     errors = evaluation.errors(run, dataset)
     quantity = st.segmented_control(
         "Classes",
@@ -69,7 +69,7 @@ def confusion_section(run: Run, dataset: Dataset) -> None:
     tables = {kind: table for kind, table in confusion_tables(errors, quantity).items() if table.to_numpy().any()}
     if not tables:
         st.info(
-            "This run does not tell the filling, or the annotation does not: there is nothing to confuse.",
+            "No filling can be compared here: it was not estimated, does not count or is not annotated.",
             icon=":material/graphic_eq:",
         )
         return

@@ -2,10 +2,12 @@
 
 from dataclasses import asdict
 
+import pandas as pd
 import streamlit as st
 
 from corsmal.dataset import Dataset
-from corsmal.evaluation import beside_paper
+from corsmal.evaluation import STAMPS, comparison_note, table_2_texts
+from corsmal.evaluation.typesetting import UNLIKE
 from corsmal.runs.run import Run
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.pins import report_panel
@@ -17,19 +19,27 @@ def report_section(run: Run, dataset: Dataset) -> None:
         "One HTML file that opens without a network: the tables of this run, what was pinned on the other pages, and "
         "the parameters. Nothing is sent anywhere."
     )
-    by_container = evaluation.containers(run, dataset)
+    found, protocol = evaluation.split(dataset), evaluation.protocol()
+    cells = evaluation.cells(run, dataset)
+    scores = evaluation.scores(run, dataset, split=found.split)
+    sentences = [
+        comparison_note(cells),
+        "" if found.split == "train" else UNLIKE,
+        *evaluation.errors(run, dataset).attrs["notes"],
+    ]
     tables = {
-        "By container: MPF1 and MAPE in %": by_container,
-        "Beside the paper's Table 2": beside_paper(by_container),
-        "The challenge's scores in %": evaluation.scores(run, dataset, split="other").rename("score").reset_index(),
+        f"By container ({protocol}): number [95 % interval], recordings, failures": table_2_texts(cells),
+        "Notes": pd.DataFrame({"note": [sentence for sentence in sentences if sentence]}),
+        f"The challenge's scores in % ({protocol}). {found}": scores.rename("score").reset_index(),
         "Recordings": run.table,
     }
     parameters = {
         "run": run.name,
         "dataset": dataset.root.name,
         **run.facts(),
+        "protocol": protocol,
         "files": run.data_digest,
         **{f"{part} digest": digest for part, digest in run.digests.items() if digest is not None},
         **asdict(run.settings.shape),
     }
-    report_panel(f"Run {run.name}", tables, parameters)
+    report_panel(f"Run {run.name}", tables, parameters, banner=STAMPS[protocol])

@@ -3,6 +3,8 @@
 import streamlit as st
 
 from corsmal.dataset import Dataset
+from corsmal.evaluation import PROTOCOLS, STAMPS
+from corsmal.evaluation.typesetting import TITLES
 from corsmal.runs.run import Run
 from corsmal.ui.components import guarded
 from corsmal.ui.evaluation import cached as evaluation
@@ -10,9 +12,10 @@ from corsmal.ui.evaluation.attribution import attribution_section
 from corsmal.ui.evaluation.comparison import comparison_section
 from corsmal.ui.evaluation.downloads import notes
 from corsmal.ui.evaluation.errors import confusion_section, spread_section
+from corsmal.ui.evaluation.leaderboard import leaderboard_section
 from corsmal.ui.evaluation.report import report_section
 from corsmal.ui.evaluation.sweep import sweep_section
-from corsmal.ui.evaluation.tables import container_section, leaderboard_section, rows_section
+from corsmal.ui.evaluation.tables import container_section, rows_section
 
 SECTION = "evaluation_section"
 SECTIONS = {
@@ -42,10 +45,27 @@ def section_control() -> str:
     return str(st.session_state.get(SECTION, "Containers"))
 
 
+def protocol_control() -> None:
+    """Choose which numbers count, and say so where some are in-sample."""
+    st.session_state["protocol_control"] = evaluation.protocol()
+    st.segmented_control(
+        "Numbers that count",
+        PROTOCOLS,
+        key="protocol_control",
+        required=True,
+        format_func=TITLES.__getitem__,
+        help="Filling and mass come from networks. " + " ".join(STAMPS.values()),
+        on_change=lambda: st.session_state.update({evaluation.PROTOCOL: st.session_state["protocol_control"]}),
+    )
+    if evaluation.protocol() == "in-sample":
+        st.warning(f"**{STAMPS['in-sample']}**", icon=":material/warning:")
+
+
 @st.fragment
 @guarded()
 def show_section(name: str, run: Run, dataset: Dataset) -> None:
     """Draw one section."""
+    protocol_control()
     notes(evaluation.errors(run, dataset).attrs.get("notes", ()))
     SECTIONS[name](run, dataset)
 

@@ -1,5 +1,7 @@
-"""The tables of the Evaluation page: Table 2, the leaderboard, every recording; and their downloads."""
+"""The tables of the Evaluation page, Table 2 and that of every recording, and their downloads."""
 
+from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -8,45 +10,37 @@ import streamlit as st
 from pandas.io.formats.style import Styler
 
 from corsmal.dataset import Dataset
-from corsmal.evaluation import (
-    METRICS,
-    beside_paper,
-    leaderboard_with,
-    paper_table_2,
-)
-from corsmal.evaluation.challenge import SPLITS, Split
-from corsmal.evaluation.exporting import heading
-from corsmal.evaluation.published import LEADERBOARD_SPLITS, THIS_PAPER, LeaderboardSplit
+from corsmal.evaluation import METRICS, PROTOCOLS, comparison_note, typeset_table_2
+from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.tables import AVERAGE
+from corsmal.evaluation.typesetting import TITLES, UNLIKE
 from corsmal.runs.run import Run
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.evaluation.cached import METRIC_NAMES
-from corsmal.ui.evaluation.downloads import downloads, notes, submission
+from corsmal.ui.evaluation.downloads import downloads, submission
 from corsmal.ui.evaluation.links import clicked_row, focus_container, recordings_list
 
 SECTION = "table"
 GOOD, BAD, GREY = "#0D9488", "#E5484D", "#8A8F98"
-OVERALL = "overall_without_simulator"
 WORST_PERCENT = 60.0
 """A shortfall that is shaded to the full."""
 
 SHORT = {"width_top_mape": "Top", "width_bottom_mape": "Bottom"}
-UNLIKE = (
-    " The paper's numbers are of the real training recordings, not of these: the difference is **not like with like**."
-)
-SIDES = {"difference": "difference to the paper", "paper": "the paper's number", "nothing": "nothing"}
-SPLIT_NAMES = {
-    "train": "the training set",
-    "public": "the public test set",
-    "private": "the private test set",
-    "other": "none of the challenge's sets",
+SIDES = {
+    "difference": "difference to the paper",
+    "published": "published number",
+    "interval": "95 % interval",
+    "counts": "recordings (failed)",
+    "nothing": "nothing",
 }
+SIDE_COLUMNS = {"difference": ("Δ", 54), "published": ("paper", 54), "interval": ("95 %", 96), "counts": ("n", 84)}
+"""What stands beside a number: its heading and width in px."""
 
 
 def container_section(run: Run, dataset: Dataset) -> None:
     """Table 2 beside the paper's; a click on a number lists its recordings."""
-    errors, table = evaluation.errors(run, dataset), evaluation.containers(run, dataset)
-    left, right = st.columns([5, 4], vertical_alignment="bottom")
+    errors, protocol = evaluation.errors(run, dataset), evaluation.protocol()
+    left, right = st.columns([5, 3], vertical_alignment="bottom")
     side = left.segmented_control(
         "Beside each number",
         list(SIDES),
@@ -55,12 +49,15 @@ def container_section(run: Run, dataset: Dataset) -> None:
         format_func=SIDES.__getitem__,
         key="table_side",
     )
-    with right:
-        downloads(table, name=f"{run.name}_table2")
-    shown, styled = table_2(table, side=str(side))
+    others = [name for name in PROTOCOLS if name != protocol]
+    more = right.pills(
+        "Further column groups", others, selection_mode="multi", format_func=TITLES.__getitem__, key=f"more {protocol}"
+    )
+    cells = evaluation.cells(run, dataset, protocol, *more)
+    shown, styled = table_2(evaluation.containers(run, dataset), cells, side=str(side))
     event = st.dataframe(
         styled,
-        key=f"table_2 {run.name} {side}",
+        key=f"table_2 {run.name} {side} {protocol} {more}",
         on_select="rerun",
         selection_mode="single-cell",
         hide_index=True,
@@ -68,11 +65,16 @@ def container_section(run: Run, dataset: Dataset) -> None:
         column_config=_columns(shown),
         placeholder="–",
     )
-    of_paper = "" if evaluation.is_training_set(dataset) else UNLIKE
+    is_like_with_like = evaluation.split(dataset).split == "train"
     st.caption(
         "Level and type: MPF1 in %, the higher the better; the others: MAPE in %, the lower the better. The more "
-        f"orange, the worse. Click a number to see what is behind it, a heading to sort.{of_paper}"
+        "orange, the worse. Click a number to list its recordings, a heading to sort."
     )
+    for sentence in (_left_out(cells), comparison_note(cells), "" if is_like_with_like else f"**{UNLIKE}**"):
+        if sentence:
+            st.caption(sentence)
+    export = partial(typeset_table_2, notes=errors.attrs["notes"], is_like_with_like=is_like_with_like)
+    downloads(cells, name=f"{run.name}_table2", export=export)
     if event.selection.cells:
         row, column = event.selection.cells[0]
         container = str(shown["container"].iloc[row])
@@ -81,29 +83,59 @@ def container_section(run: Run, dataset: Dataset) -> None:
     recordings_list(run, dataset, section=SECTION, errors=errors)
 
 
-def table_2(table: pd.DataFrame, *, side: str) -> tuple[pd.DataFrame, Styler]:
-    """Table 2 as the page shows it, and with its colours."""
-    paper = paper_table_2().set_index("container_id").reindex(table["container_id"]).reset_index(drop=True)
-    beside = {"difference": beside_paper(table), "paper": paper}.get(side)
+def table_2(table: pd.DataFrame, cells: pd.DataFrame, *, side: str) -> tuple[pd.DataFrame, Styler]:
+    """Table 2 as the page shows it, and with its colours.
+
+    Args:
+        table: from ``container_table``.
+        cells: from ``cell_table``, of one or several protocols, of the same recordings.
+        side: a key of ``SIDES``.
+
+    Returns:
+        A row per container; a metric's column is named after it, with what stands beside it before, and before that
+        the protocol where it is not the first.
+    """
     shown = pd.DataFrame({"container": table["container"], "n": table["recordings"], "failed": table["failures"]})
-    for metric in METRICS:
-        shown[metric] = table[metric].astype("float64")
-        if beside is not None:
-            shown[f"{side} {metric}"] = beside[metric].to_numpy(dtype=np.float64)
+    protocols = list(dict.fromkeys(cells["protocol"]))
+    for protocol, metric in product(protocols, METRICS):
+        own = cells[(cells["protocol"] == protocol) & (cells["metric"] == metric)]
+        prefix = "" if protocol == protocols[0] else f"{protocol}: "
+        shown[f"{prefix}{metric}"] = own["value"].to_numpy(dtype=np.float64)
+        if side != "nothing":
+            shown[f"{prefix}{side} {metric}"] = _beside(own, side)
     styled = shown.style.format(precision=1).map(
         lambda count: f"color: {BAD}; font-weight: 600" if count else "", subset=["failed"]
     )
-    for metric in METRICS:
-        lower = metric.endswith("_mape")
-        styled = styled.map(lambda value, lower=lower: _shade(value if lower else 100 - value), subset=[metric])
-        if side == "difference":
-            styled = styled.format("{:+.1f}", subset=[f"{side} {metric}"])
-            styled = styled.map(
-                lambda value, lower=lower: _sign(value, lower_is_better=lower), subset=[f"{side} {metric}"]
-            )
-        elif side == "paper":
-            styled = styled.map(lambda _: f"color: {GREY}", subset=[f"{side} {metric}"])
+    for name in shown.columns[3:]:
+        lower = name.endswith("_mape")
+        what = next((each for each in SIDE_COLUMNS if f"{each} " in name), None)
+        if what is None:
+            styled = styled.map(lambda value, lower=lower: _shade(value if lower else 100 - value), subset=[name])
+        elif what == "difference":
+            styled = styled.format("{:+.1f}", subset=[name])
+            styled = styled.map(lambda value, lower=lower: _sign(value, lower_is_better=lower), subset=[name])
+        else:
+            styled = styled.map(lambda _: f"color: {GREY}", subset=[name])
     return shown, styled
+
+
+def _beside(cells: pd.DataFrame, side: str) -> Any:
+    """What stands beside a metric's numbers."""
+    rows = cells.to_dict("records")
+    if side == "interval":
+        return [None if pd.isna(row["low"]) else f"{row['low']:.1f}–{row['high']:.1f}" for row in rows]
+    if side == "counts":
+        return [f"{row['recordings']}" + (f" ({row['failures']})" if row["failures"] else "") for row in rows]
+    return cells[side].to_numpy(dtype=np.float64)
+
+
+def _left_out(cells: pd.DataFrame) -> str:
+    """How many recordings the protocols leave out, per metric."""
+    counts: dict[Protocol, list[str]] = {}
+    for row in cells[cells["container_id"].isna() & (cells["left_out"] > 0)].to_dict("records"):
+        counts.setdefault(row["protocol"], []).append(f"{METRIC_NAMES[row['metric']]} {row['left_out']}")
+    texts = "; ".join(f"{TITLES[protocol]}: {', '.join(own)}" for protocol, own in counts.items())
+    return f"Recordings left out, because a network was trained on them or may have been: {texts}." if texts else ""
 
 
 def _columns(shown: pd.DataFrame) -> dict[str, Any]:
@@ -111,58 +143,20 @@ def _columns(shown: pd.DataFrame) -> dict[str, Any]:
     columns: dict[str, Any] = {
         "container": st.column_config.TextColumn("Container", pinned=True, width=112),
         "n": st.column_config.Column("n", width=36, help="Recordings"),
-        "failed": st.column_config.Column("Failed", width=48, help="Recordings that lack an estimate, or got the mean"),
+        "failed": st.column_config.Column("Failed", width=48, help="Recordings without an estimate of their own"),
     }
     for name in set(shown.columns) - set(columns):
-        side, _, metric = name.rpartition(" ")
-        if side:
-            label = "Δ" if side == "difference" else "paper"
-            helped = f"{METRIC_NAMES[metric]}: this run minus the paper, percentage points"
-            columns[name] = st.column_config.Column(label, width=54, help=helped if side == "difference" else None)
-        else:
+        group, _, rest = name.rpartition(": ")
+        side, _, metric = rest.rpartition(" ")
+        label, width = SIDE_COLUMNS.get(side, ("", 66))
+        if not side:
             arrow = "↓" if metric.endswith("_mape") else "↑"
-            columns[name] = st.column_config.Column(f"{SHORT.get(metric, METRIC_NAMES[metric])} {arrow}", width=66)
+            label = f"{SHORT.get(metric, METRIC_NAMES[metric])} {arrow}"
+        helped = f"{METRIC_NAMES[metric]}: {SIDES[side]}" if side else METRIC_NAMES[metric]
+        if group:
+            label, width, helped = f"{label} {group}", width + 60, f"{helped} ({group})"
+        columns[name] = st.column_config.Column(label, width=width, help=helped)
     return columns
-
-
-def leaderboard_section(run: Run, dataset: Dataset) -> None:
-    """The challenge's scores of the run among the published ones."""
-    left, right = st.columns(2)
-    guess: Split = "train" if evaluation.is_training_set(dataset) else "other"
-    split: Split = left.selectbox(
-        "These recordings are", SPLITS, SPLITS.index(guess), format_func=SPLIT_NAMES.__getitem__, key="score_split"
-    )
-    board: LeaderboardSplit = right.segmented_control(
-        "Leaderboard", LEADERBOARD_SPLITS, default="combined", required=True, key="leaderboard_split"
-    )
-    if split != board:
-        st.warning(
-            f"**Not like with like**: this run is on {SPLIT_NAMES[split]}, the other rows are on the challenge's "
-            f"{'two test sets' if board == 'combined' else f'{board} test set'}. An orientation, no rank.",
-            icon=":material/balance:",
-        )
-    scores = evaluation.scores(run, dataset, split=split)
-    name = f"▶ {run.name} (this run)"
-    table = leaderboard_with(scores, split=board, name=name)
-    table.insert(1, OVERALL, table.pop(OVERALL))
-    looks = {name: "background-color: rgba(20,184,166,0.28); font-weight: 600", THIS_PAPER: "font-weight: 600"}
-    styled = table.style.format(precision=1).apply(lambda row: [looks.get(row["team"], "")] * len(row), axis=1)
-    st.dataframe(
-        styled,
-        hide_index=True,
-        key=f"leaderboard {run.name} {split} {board}",
-        height=38 + 35 * len(table),
-        placeholder="–",
-        column_config={each: st.column_config.Column(heading(each), width=96) for each in table.columns.drop("team")}
-        | {OVERALL: st.column_config.Column("Overall*", width=80), "team": st.column_config.Column(pinned=True)},
-    )
-    st.caption(
-        "Scores in %. *The overall score without what only the simulator gives, which sorts the table. "
-        f"{THIS_PAPER} is the paper's team. This run: JFTL {scores['JFTL']:.1f}, CMD {scores['CMD']:.1f}."
-    )
-    notes(scores.attrs.get("notes", ()))
-    downloads(table.assign(team=table["team"].str.removeprefix("▶ ")), name=f"{run.name}_leaderboard")
-    submission(run, dataset)
 
 
 def rows_section(run: Run, dataset: Dataset) -> None:
@@ -170,7 +164,7 @@ def rows_section(run: Run, dataset: Dataset) -> None:
     errors = evaluation.errors(run, dataset)
     left, right = st.columns([3, 1], vertical_alignment="bottom")
     containers = left.multiselect("Container", sorted(errors["container"].unique()), key="rows_container")
-    only_failed = right.toggle("Failed alone", key="rows_failed")
+    only_failed = right.toggle("Failed only", key="rows_failed")
     rows = errors[errors["container"].isin(containers)] if containers else errors
     rows = rows[rows["failed"]] if only_failed else rows
     st.caption(
