@@ -128,6 +128,24 @@ def test_an_unknown_recording_is_one_sentence(tiny_dataset_root, detector, monke
     assert detector.seen == 0
 
 
+def test_training_data_are_asked_for_by_options(tmp_path, monkeypatch, capsys):
+    wanted = {}
+    monkeypatch.setattr("corsmal.synthetic.write_demo", lambda folder, **options: wanted.update(options, root=folder))
+    options = ("--training", "--frame-step", "30", "--recordings", "70", "--width", "320", "--container", "9")
+    assert run_main(monkeypatch, capsys, "demo", tmp_path, *options)[0] == 0
+    assert wanted.pop("progress")
+    assert wanted == {
+        "root": tmp_path,
+        "training": True,
+        "frame_step": 30,
+        "recordings_per_container": 70,
+        "containers": [9],
+        "size": (320, 180),
+        "seed": 0,
+        "workers": None,
+    }
+
+
 @pytest.mark.parametrize("name", ["demo", "[bold]demo[/bold]", "[/]"])
 def test_a_demo_that_cannot_be_written_is_one_sentence(tmp_path, monkeypatch, capsys, name):
     (tmp_path / "file").write_bytes(b"")
