@@ -8,13 +8,14 @@ from sklearn.model_selection import cross_val_predict
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from corsmal.errors import ArgumentError
+from corsmal.synthetic.sound.events import SoundEvents, pour_duration_s
 from corsmal.synthetic.sound.impacts import body_response, scatter
-from corsmal.synthetic.sound.recording import SoundEvents, pour_duration_s, recording_sound
+from corsmal.synthetic.sound.recording import recording_sound
 from corsmal.synthetic.sound.room import MICROPHONES_M, Emission, Room, room_noise
 from corsmal.synthetic.sound.sources import air_column_hz
 
 RATE_HZ = 44_100
+ANECHOIC = Room(0.0, np.zeros((8, 0), dtype=np.float32))
 
 CUP = SoundEvents("cup", "plastic", 520.0, 119.0, 96.0, "water", 2, 2.0, "pour", 0.3, 1.8, (0.0, 0.0, 0.1), (0.1,))
 BOX = dataclasses.replace(
@@ -23,8 +24,8 @@ BOX = dataclasses.replace(
 HANDLED = dataclasses.replace(CUP, filling="none", level=0, action="handle")
 
 
-def sound_of(events: SoundEvents, *, seed: int = 0, sample_rate_hz: int = RATE_HZ) -> np.ndarray:
-    return recording_sound(events, rng=np.random.default_rng(seed), sample_rate_hz=sample_rate_hz)
+def sound_of(events: SoundEvents, *, seed: int = 0) -> np.ndarray:
+    return recording_sound(events, rng=np.random.default_rng(seed))
 
 
 def rms(samples: np.ndarray) -> float:
@@ -47,12 +48,6 @@ def test_shaking_and_handling_give_eight_finite_channels(events):
     assert sound.shape == (8, 2 * RATE_HZ)
     assert np.isfinite(sound).all()
     assert np.abs(sound).max() < 1
-
-
-@pytest.mark.parametrize("sample_rate_hz", [8_000, 16_000, 48_000])
-@pytest.mark.parametrize("events", [CUP, BOX])
-def test_other_sampling_rates_work(events, sample_rate_hz):
-    assert sound_of(events, sample_rate_hz=sample_rate_hz).shape == (8, 2 * sample_rate_hz)
 
 
 @pytest.mark.parametrize("events", [CUP, BOX, HANDLED])
@@ -78,7 +73,7 @@ def test_delays_and_levels_between_microphones_match_the_geometry():
     burst = np.random.default_rng(0).standard_normal(4096).astype(np.float32)
     low_pass = signal.butter(4, 12_000, fs=RATE_HZ, output="sos")
     emission = Emission(signal.sosfilt(low_pass, burst).astype(np.float32), 0, position)
-    heard = Room.anechoic(sample_rate_hz=RATE_HZ).render([emission], samples=8192)
+    heard = ANECHOIC.render([emission], samples=8192)
     distances_m = np.sqrt(((MICROPHONES_M - position) ** 2).sum(axis=1))
     oversampling = 32
     spectra = np.fft.rfft(heard, 16_384)
@@ -93,10 +88,10 @@ def test_delays_and_levels_between_microphones_match_the_geometry():
 
 
 def test_direct_sound_comes_first_and_the_room_answers_later():
-    room = Room.at_random(np.random.default_rng(0), sample_rate_hz=RATE_HZ)
+    room = Room.at_random(np.random.default_rng(0))
     click = Emission(np.ones(1, dtype=np.float32), 0, np.array([0.0, 0.0, 0.1]))
     heard = room.render([click], samples=RATE_HZ // 2)
-    bare = Room.anechoic(sample_rate_hz=RATE_HZ).render([click], samples=RATE_HZ // 2)
+    bare = ANECHOIC.render([click], samples=RATE_HZ // 2)
     first = np.abs(bare[0]).argmax()
     np.testing.assert_allclose(heard[0, first], bare[0, first], rtol=0.05)
     assert rms(heard[0, RATE_HZ // 10 : RATE_HZ // 5]) > 100 * rms(bare[0, RATE_HZ // 10 : RATE_HZ // 5])
@@ -156,7 +151,7 @@ def test_nothing_is_silent_and_the_floor_is_a_quiet_room():
 
 
 def test_noise_has_its_level_and_is_common_to_microphones_at_low_frequencies_only():
-    noise = room_noise(np.random.default_rng(0), samples=4 * RATE_HZ, sample_rate_hz=RATE_HZ, level_dbfs=-52.0)
+    noise = room_noise(np.random.default_rng(0), samples=4 * RATE_HZ, level_dbfs=-52.0)
     assert 20 * np.log10(rms(noise)) == pytest.approx(-52.0, abs=1.5)
     frequencies, coherence = signal.coherence(noise[0], noise[4], RATE_HZ, nperseg=4096)
     assert coherence[(frequencies > 40) & (frequencies < 200)].mean() > 0.8
@@ -176,9 +171,7 @@ def test_glass_swings_more_often_than_plastic_and_plastic_than_cardboard():
     for material in ("glass", "plastic", "cardboard"):
         counts = []
         for seed in range(8):
-            response = body_response(
-                material, capacity_ml=400.0, rng=np.random.default_rng(seed), sample_rate_hz=RATE_HZ
-            )
+            response = body_response(material, capacity_ml=400.0, rng=np.random.default_rng(seed))
             energy = np.cumsum(response.astype(np.float64) ** 2)
             audible = response[: np.searchsorted(energy, 0.9 * energy[-1])]
             counts.append(np.count_nonzero(np.diff(np.sign(audible))))
@@ -196,8 +189,8 @@ def test_simple_features_tell_the_type_but_not_always_the_level():
             CUP, filling=filling, level=level, action="pour" if level else "handle", duration_s=pour_s + 0.4,
             start_s=0.2, end_s=pour_s + 0.2,
         )  # fmt: skip
-        sound = recording_sound(events, rng=rng, sample_rate_hz=16_000)[0]
-        power = signal.spectrogram(sound, 16_000, nperseg=512)[2]
+        sound = recording_sound(events, rng=rng)[0]
+        power = signal.spectrogram(sound, RATE_HZ, nperseg=1024)[2]
         bands = np.log([part.mean() + 1e-12 for part in np.array_split(power, 16)])
         features.append([*bands, np.log(len(sound))])
     classifier = make_pipeline(StandardScaler(), LogisticRegression(C=0.3, max_iter=500))
@@ -205,13 +198,3 @@ def test_simple_features_tell_the_type_but_not_always_the_level():
     levels = np.array([level for _, level in kinds])
     assert np.mean(cross_val_predict(classifier, features, types, cv=5) == types) > 0.8
     assert 0.5 < np.mean(cross_val_predict(classifier, features, levels, cv=5) == levels) < 0.95
-
-
-def test_too_low_a_sampling_rate_is_refused():
-    with pytest.raises(ArgumentError, match="sample_rate_hz"):
-        sound_of(CUP, sample_rate_hz=4_000)
-
-
-def test_a_recording_shorter_than_a_sample_is_refused():
-    with pytest.raises(ArgumentError, match="at least one sample"):
-        sound_of(dataclasses.replace(HANDLED, duration_s=1e-6, start_s=0.0, end_s=1e-6, contacts_s=()))

@@ -8,16 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.dataset.annotation import LEVEL_FRACTIONS
-from corsmal.errors import ArgumentError
-from corsmal.synthetic.sound.events import SoundEvents, pour_duration_s
+from corsmal.synthetic.sound.events import SAMPLE_RATE_HZ, SoundEvents
 from corsmal.synthetic.sound.impacts import Samples, body_response, cloth, ring, tap
 from corsmal.synthetic.sound.room import Emission, Room, room_noise
 from corsmal.synthetic.sound.sources import pouring, shaking
 
-__all__ = ["SoundEvents", "pour_duration_s", "recording_sound"]
-
-SAMPLE_RATE_HZ = 44_100
-LEAST_SAMPLE_RATE_HZ = 8_000
 FULL_SCALE = 0.99
 NOISE_DBFS = (-57.0, -49.0)
 """Range of the room's level; the real recording that was measured has -52."""
@@ -27,60 +22,50 @@ _SLEEVE_M = np.array([0.0, -0.3, 0.2])
 """Where the sleeves are, seen from the container: behind and above it, towards the person."""
 
 
-def recording_sound(
-    events: SoundEvents, *, rng: np.random.Generator, sample_rate_hz: int = SAMPLE_RATE_HZ
-) -> NDArray[np.float32]:
+def recording_sound(events: SoundEvents, *, rng: np.random.Generator) -> NDArray[np.float32]:
     """The sound of one recording at the array's eight microphones.
 
     Args:
         events: what happens.
         rng: draws everything else: the hand's unsteadiness, the grains, the container's modes, room and noise. The
             same state gives the same samples.
-        sample_rate_hz: samples per second, at least 8000.
 
     Returns:
-        (8, round(duration_s · sample_rate_hz)) float32, within ±0.99.
-
-    Raises:
-        ArgumentError: the sampling rate is too low, or the recording holds no sample.
+        (8, round(duration_s · 44100)) float32, within ±0.99.
     """
-    if not LEAST_SAMPLE_RATE_HZ <= sample_rate_hz < np.inf:
-        raise ArgumentError(f"sample_rate_hz must be at least {LEAST_SAMPLE_RATE_HZ}, got {sample_rate_hz}")
-    samples = round(events.duration_s * sample_rate_hz)
-    if samples < 1:
-        raise ArgumentError(f"duration_s must hold at least one sample, got {events.duration_s}")
-    room = Room.at_random(rng, sample_rate_hz=sample_rate_hz)
+    samples = round(events.duration_s * SAMPLE_RATE_HZ)
+    room = Room.at_random(rng)
     emissions = [
-        *_filling(events, rng, sample_rate_hz),
-        *_taps(events, rng, sample_rate_hz),
-        *_sleeves(events, rng, sample_rate_hz),
+        *_filling(events, rng),
+        *_taps(events, rng),
+        *_sleeves(events, rng),
     ]
     heard = room.render(emissions, samples=samples) * np.float32(10 ** (rng.normal(0, 2.5) / 20))
     level_dbfs = rng.uniform(*NOISE_DBFS)
-    heard += room_noise(rng, samples=samples, sample_rate_hz=sample_rate_hz, level_dbfs=level_dbfs)
+    heard += room_noise(rng, samples=samples, level_dbfs=level_dbfs)
     return np.clip(heard, -FULL_SCALE, FULL_SCALE)
 
 
-def _filling(events: SoundEvents, rng: np.random.Generator, sample_rate_hz: int) -> list[Emission]:
+def _filling(events: SoundEvents, rng: np.random.Generator) -> list[Emission]:
     """Pouring or shaking, cut where the container has moved on."""
     if events.action == "handle":
         return []
     source = pouring if events.action == "pour" else shaking
-    sound = source(events, rng=rng, sample_rate_hz=sample_rate_hz)
-    return _moving(sound, events, sample_rate_hz)
+    sound = source(events, rng=rng)
+    return _moving(sound, events)
 
 
-def _moving(sound: Samples, events: SoundEvents, sample_rate_hz: int) -> list[Emission]:
+def _moving(sound: Samples, events: SoundEvents) -> list[Emission]:
     """A sound that begins at ``start_s``, heard from the container's way in steps of 4 cm, cross-faded."""
-    clock_s = np.arange(events.start_s, events.start_s + len(sound) / sample_rate_hz, _STATION_STEP_S)
+    clock_s = np.arange(events.start_s, events.start_s + len(sound) / SAMPLE_RATE_HZ, _STATION_STEP_S)
     positions = events.position_m(clock_s)
     stations = [0]
     for step in range(1, len(positions)):
         if np.linalg.norm(positions[step] - positions[stations[-1]]) > _STATION_M:
             stations.append(step)
-    fade = round(_FADE_S * sample_rate_hz)
+    fade = round(_FADE_S * SAMPLE_RATE_HZ)
     ramp = np.linspace(0, 1, fade, dtype=np.float32)
-    cuts = [round(step * _STATION_STEP_S * sample_rate_hz) for step in stations] + [len(sound)]
+    cuts = [round(step * _STATION_STEP_S * SAMPLE_RATE_HZ) for step in stations] + [len(sound)]
     emissions = []
     for station, first, last in zip(stations, cuts[:-1], cuts[1:], strict=True):
         piece = sound[first : last + fade].copy()
@@ -88,14 +73,14 @@ def _moving(sound: Samples, events: SoundEvents, sample_rate_hz: int) -> list[Em
             piece[:fade] *= ramp[: len(piece)]
         if last < len(sound):
             piece[last - first :] *= 1 - ramp[: len(piece) - (last - first)]
-        start = round(events.start_s * sample_rate_hz) + first
+        start = round(events.start_s * SAMPLE_RATE_HZ) + first
         emissions.append(Emission(piece, start, positions[station]))
     return emissions
 
 
-def _taps(events: SoundEvents, rng: np.random.Generator, sample_rate_hz: int) -> list[Emission]:
+def _taps(events: SoundEvents, rng: np.random.Generator) -> list[Emission]:
     """The container's contacts, and now and then a knock on the table or, while pouring, the jug on the brim."""
-    body = body_response(events.material, capacity_ml=events.capacity_ml, rng=rng, sample_rate_hz=sample_rate_hz)
+    body = body_response(events.material, capacity_ml=events.capacity_ml, rng=rng)
     times_s = list(events.contacts_s)
     if rng.random() < 0.4:
         times_s.append(rng.uniform(0, events.duration_s))
@@ -106,23 +91,23 @@ def _taps(events: SoundEvents, rng: np.random.Generator, sample_rate_hz: int) ->
     for time_s in times_s:
         # what is filled in damps the walls
         share = LEVEL_FRACTIONS[events.level] if time_s > events.end_s else 0.0
-        damping = np.exp(-np.arange(len(body)) / sample_rate_hz * 150 * share).astype(np.float32)
+        damping = np.exp(-np.arange(len(body)) / SAMPLE_RATE_HZ * 150 * share).astype(np.float32)
         strength = 0.008 * loudness * rng.lognormal(0, 0.6)
-        sound = tap(body * damping, rng=rng, strength=strength, sample_rate_hz=sample_rate_hz)
-        emissions.append(Emission(sound, round(time_s * sample_rate_hz), events.position_m(time_s)[0]))
+        sound = tap(body * damping, rng=rng, strength=strength)
+        emissions.append(Emission(sound, round(time_s * SAMPLE_RATE_HZ), events.position_m(time_s)[0]))
     return emissions
 
 
-def _sleeves(events: SoundEvents, rng: np.random.Generator, sample_rate_hz: int) -> list[Emission]:
+def _sleeves(events: SoundEvents, rng: np.random.Generator) -> list[Emission]:
     """Cloth, and the wall of a soft container giving way under the fingers."""
-    body = body_response(events.material, capacity_ml=events.capacity_ml, rng=rng, sample_rate_hz=sample_rate_hz)
+    body = body_response(events.material, capacity_ml=events.capacity_ml, rng=rng)
     emissions = []
     for _ in range(1 + rng.poisson(0.5 * events.duration_s)):
         start_s, length_s = rng.uniform(0, events.duration_s), rng.uniform(0.2, 1.0)
-        sound = cloth(rng, duration_s=length_s, strength=0.002 * rng.lognormal(0, 0.6), sample_rate_hz=sample_rate_hz)
+        sound = cloth(rng, duration_s=length_s, strength=0.002 * rng.lognormal(0, 0.6))
         if events.material != "glass" and rng.random() < 0.3:
             crackle = sound * (rng.random(len(sound)) < 0.02)
             sound = 4 * crackle + 6 * ring(crackle, body)
         place = events.position_m(start_s)[0] + _SLEEVE_M + rng.normal(0, 0.05, 3)
-        emissions.append(Emission(sound, round(start_s * sample_rate_hz), place))
+        emissions.append(Emission(sound, round(start_s * SAMPLE_RATE_HZ), place))
     return emissions

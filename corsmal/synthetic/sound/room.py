@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft, signal
 
-from corsmal.errors import ArgumentError
+from corsmal.synthetic.sound.events import SAMPLE_RATE_HZ
 
 Samples = NDArray[np.float32]
 
@@ -50,30 +50,23 @@ class Room:
     """How sound travels to the microphones.
 
     Args:
-        sample_rate_hz: samples per second.
-        reflection: factor on the reflections of table, walls and ceiling; 0 leaves the direct path alone.
+        reflection: factor on the reflections of table, walls and ceiling; 0 leaves the direct path only.
         tail: (8, n) late reverberation, the response of each microphone to a source anywhere; n may be 0.
     """
 
-    sample_rate_hz: int
     reflection: float
     tail: Samples
 
     @classmethod
-    def at_random(cls, rng: np.random.Generator, *, sample_rate_hz: int) -> "Room":
+    def at_random(cls, rng: np.random.Generator) -> "Room":
         """A furnished room whose reverberation time lies between 0.25 and 0.5 s."""
         reverberation_s = rng.uniform(0.25, 0.5)
-        times_s = np.arange(round(0.2 * sample_rate_hz), dtype=np.float32) / sample_rate_hz
+        times_s = np.arange(round(0.2 * SAMPLE_RATE_HZ), dtype=np.float32) / SAMPLE_RATE_HZ
         decay = np.exp(-6.9 * times_s / reverberation_s) * np.clip((times_s - 0.012) / 0.02, 0, 1)
         tail = rng.standard_normal((len(MICROPHONES_M), len(times_s)), dtype=np.float32) * decay
         tail *= rng.uniform(0.35, 0.7) / np.sqrt(float((decay**2).sum()))
-        low_pass = signal.butter(1, min(4000.0, 0.4 * sample_rate_hz), fs=sample_rate_hz, output="sos")
-        return cls(sample_rate_hz, float(rng.uniform(0.5, 1.0)), signal.sosfilt(low_pass, tail).astype(np.float32))
-
-    @classmethod
-    def anechoic(cls, *, sample_rate_hz: int) -> "Room":
-        """No walls: each microphone hears the direct path alone."""
-        return cls(sample_rate_hz, 0.0, np.zeros((len(MICROPHONES_M), 0), dtype=np.float32))
+        low_pass = signal.butter(1, 4000.0, fs=SAMPLE_RATE_HZ, output="sos")
+        return cls(float(rng.uniform(0.5, 1.0)), signal.sosfilt(low_pass, tail).astype(np.float32))
 
     def response(self, position_m: ArrayLike) -> Samples:
         """The early impulse responses from a position (3,) in metres to the microphones: (8, n)."""
@@ -84,8 +77,8 @@ class Room:
             images.append(image)
             gains.append(factor * self.reflection)
         distances_m = np.linalg.norm(np.array(images)[:, None] - MICROPHONES_M, axis=2).clip(_NEAREST_M)
-        delays = distances_m / SPEED_OF_SOUND_M_S * self.sample_rate_hz
-        return _fractional_delays(delays, np.array(gains)[:, None] / distances_m, round(_EARLY_S * self.sample_rate_hz))
+        delays = distances_m / SPEED_OF_SOUND_M_S * SAMPLE_RATE_HZ
+        return _fractional_delays(delays, np.array(gains)[:, None] / distances_m, round(_EARLY_S * SAMPLE_RATE_HZ))
 
     def render(self, emissions: Sequence[Emission], *, samples: int) -> Samples:
         """What the microphones hear of some sounds: (8, samples), without noise."""
@@ -100,7 +93,7 @@ class Room:
         return heard
 
 
-def room_noise(rng: np.random.Generator, *, samples: int, sample_rate_hz: int, level_dbfs: float) -> Samples:
+def room_noise(rng: np.random.Generator, *, samples: int, level_dbfs: float) -> Samples:
     """Hum, air and the microphones' own noise.
 
     Low frequencies reach all microphones alike and high ones differ, as in a diffuse field; the microphones'
@@ -109,7 +102,6 @@ def room_noise(rng: np.random.Generator, *, samples: int, sample_rate_hz: int, l
     Args:
         rng: draws the noise.
         samples: length.
-        sample_rate_hz: samples per second.
         level_dbfs: RMS level of the whole, relative to full scale.
 
     Returns:
@@ -118,21 +110,21 @@ def room_noise(rng: np.random.Generator, *, samples: int, sample_rate_hz: int, l
     length = fft.next_fast_len(samples, real=True)
     shape = (len(MICROPHONES_M) + 1, length // 2 + 1)
     spectra = rng.standard_normal((*shape, 2), dtype=np.float32).view(np.complex64)[..., 0]
-    frequencies = np.fft.rfftfreq(length, 1 / sample_rate_hz).astype(np.float32).clip(5.0)
+    frequencies = np.fft.rfftfreq(length, 1 / SAMPLE_RATE_HZ).astype(np.float32).clip(5.0)
     octave_db = np.interp(np.log(frequencies), np.log(_NOISE_HZ), _NOISE_OCTAVE_DB)
     octave_db += rng.normal(0, 0.6) * np.log2(frequencies / 500.0)
     amplitude = (10 ** (octave_db / 20) / np.sqrt(frequencies)).astype(np.float32)
     common = 1 / (1 + (frequencies / _COHERENT_BELOW_HZ) ** 2)
     mixed = spectra[1:] * (amplitude * np.sqrt(1 - common)) + spectra[0] * (amplitude * np.sqrt(common))
     noise = fft.irfft(mixed, length, axis=1)[:, :samples]
-    noise += _hum(rng, samples=samples, sample_rate_hz=sample_rate_hz) * noise.std()
+    noise += _hum(rng, samples=samples) * noise.std()
     sensitivity = 10 ** (rng.normal(0, 1.0, (len(MICROPHONES_M), 1)) / 20)
     return (noise * (sensitivity * 10 ** (level_dbfs / 20) / noise.std())).astype(np.float32)
 
 
-def _hum(rng: np.random.Generator, *, samples: int, sample_rate_hz: int) -> Samples:
+def _hum(rng: np.random.Generator, *, samples: int) -> Samples:
     """The mains' first harmonics, of an RMS between 0.1 and 0.8."""
-    times_s = np.arange(samples, dtype=np.float32) / sample_rate_hz
+    times_s = np.arange(samples, dtype=np.float32) / SAMPLE_RATE_HZ
     base_hz, strength = rng.uniform(47.5, 50.5), rng.uniform(0.1, 0.8)
     hum = np.zeros(samples, dtype=np.float32)
     for order, share in ((1, 1.0), (2, rng.uniform(0.1, 0.6)), (3, rng.uniform(0.05, 0.3))):
@@ -157,7 +149,5 @@ def _fractional_delays(delays: NDArray[np.float64], gains: NDArray[np.float64], 
 
 def _add(track: Samples, sound: Samples, start: int) -> None:
     """Add (c, n) to (c, S) in place from sample ``start`` on, as far as it fits."""
-    if start < 0 or track.shape[0] != sound.shape[0]:
-        raise ArgumentError(f"a sound must start at 0 or later with {track.shape[0]} channels, got {start}")
     count = max(0, min(sound.shape[1], track.shape[1] - start))
     track[:, start : start + count] += sound[:, :count]

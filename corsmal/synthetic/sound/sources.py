@@ -13,7 +13,7 @@ from scipy import signal
 
 from corsmal.dataset.annotation import LEVEL_FRACTIONS
 from corsmal.geometry import Floats
-from corsmal.synthetic.sound.events import SoundEvents
+from corsmal.synthetic.sound.events import SAMPLE_RATE_HZ, SoundEvents
 from corsmal.synthetic.sound.impacts import Samples, body_response, click_bank, ring, scatter
 from corsmal.synthetic.sound.room import SPEED_OF_SOUND_M_S
 
@@ -90,48 +90,46 @@ def air_column_hz(events: SoundEvents, progress: Floats) -> Floats:
     return SPEED_OF_SOUND_M_S / (4 * (air_m + 0.6 * events.opening_mm / 2000))
 
 
-def pouring(events: SoundEvents, *, rng: np.random.Generator, sample_rate_hz: int) -> Samples:
+def pouring(events: SoundEvents, *, rng: np.random.Generator) -> Samples:
     """The sound of pouring, from its beginning to its end: (n,), at 1 m.
 
     What has been poured covers the walls, so later grains strike them less.
     """
     pour = Pour.at_random(events, rng)
-    samples = max(1, round(pour.duration_s * sample_rate_hz))
-    body = body_response(events.material, capacity_ml=events.capacity_ml, rng=rng, sample_rate_hz=sample_rate_hz)
+    samples = max(1, round(pour.duration_s * SAMPLE_RATE_HZ))
+    body = body_response(events.material, capacity_ml=events.capacity_ml, rng=rng)
     if events.filling == "water":
-        dry = _poured_water(pour, rng=rng, samples=samples, sample_rate_hz=sample_rate_hz)
+        dry = _poured_water(pour, rng=rng, samples=samples)
         struck = np.float32(0.15) * dry
     else:
-        dry = _poured_grains(events, pour, rng=rng, samples=samples, sample_rate_hz=sample_rate_hz)
+        dry = _poured_grains(events, pour, rng=rng, samples=samples)
         struck = dry * (0.25 + 0.75 * pour.at(np.exp(-pour.progress / 0.3), samples))
     walls = ring(struck, body)
-    mouth = _air_column(dry + walls, air_column_hz(events, pour.progress), rng.uniform(7, 14), sample_rate_hz)
+    mouth = _air_column(dry + walls, air_column_hz(events, pour.progress), rng.uniform(7, 14))
     return np.float32(0.45) * dry + np.float32(0.6) * walls + np.float32(rng.uniform(1.5, 2.5)) * mouth
 
 
-def shaking(events: SoundEvents, *, rng: np.random.Generator, sample_rate_hz: int) -> Samples:
+def shaking(events: SoundEvents, *, rng: np.random.Generator) -> Samples:
     """The sound of a box being shaken: (n,), at 1 m; of an empty one, its walls flexing.
 
     Each turn of the hand throws the grains at a wall. The room above the filling decides how they arrive: with more
     of it they fly longer and hit harder, with less of it they slide against each other, shorter and duller.
     """
     duration_s = events.end_s - events.start_s
-    samples = max(1, round(duration_s * sample_rate_hz))
-    body = body_response(events.material, capacity_ml=events.capacity_ml, rng=rng, sample_rate_hz=sample_rate_hz)
+    samples = max(1, round(duration_s * SAMPLE_RATE_HZ))
+    body = body_response(events.material, capacity_ml=events.capacity_ml, rng=rng)
     turns_s = np.cumsum(rng.normal(1, 0.08, 4 + round(12 * duration_s)).clip(0.6)) / (2 * rng.uniform(3, 5))
     turns_s = turns_s[turns_s < duration_s]
     strengths = rng.lognormal(0, 0.25, len(turns_s)) * np.where(np.arange(len(turns_s)) % 2, rng.uniform(0.5, 1), 1)
-    flex = _turns(turns_s, strengths, 0.03, samples, sample_rate_hz) * rng.standard_normal(samples, dtype=np.float32)
+    flex = _turns(turns_s, strengths, 0.03, samples) * rng.standard_normal(samples, dtype=np.float32)
     walls = np.float32(rng.uniform(0.0007, 0.003)) * ring(flex, body)
     if events.filling == "none":
         return walls
-    grains = _shaken_grains(events, turns_s, strengths, rng=rng, sample_rate_hz=sample_rate_hz)
+    grains = _shaken_grains(events, turns_s, strengths, rng=rng)
     return walls + np.float32(0.5) * grains + np.float32(0.8) * ring(grains, body)
 
 
-def _poured_grains(
-    events: SoundEvents, pour: Pour, *, rng: np.random.Generator, samples: int, sample_rate_hz: int
-) -> Samples:
+def _poured_grains(events: SoundEvents, pour: Pour, *, rng: np.random.Generator, samples: int) -> Samples:
     """Grains as they fall, before any wall rings."""
     grain = _GRAINS[events.filling]
     count = events.capacity_ml * float(pour.progress[-1]) / grain.volume_ml
@@ -142,29 +140,23 @@ def _poured_grains(
     bounces = rng.poisson(0.4 + 2.2 * bareness) if events.filling == "pasta" else (rng.random(heard) < bareness / 2) * 1
     again = np.repeat(np.arange(heard), bounces)
     later = rng.gamma(2.0, 0.02 if events.filling == "pasta" else 0.008, len(again))
-    onsets = np.concatenate([when * pour.duration_s, when[again] * pour.duration_s + later]) * sample_rate_hz
+    onsets = np.concatenate([when * pour.duration_s, when[again] * pour.duration_s + later]) * SAMPLE_RATE_HZ
     sizes = np.concatenate([size, size[again] * rng.uniform(0.15, 0.7, len(again))])
     pitch = rng.uniform(0.85, 1.15)
-    bank = click_bank(
-        rng,
-        centre_hz=grain.centre_hz * pitch,
-        spread=grain.spread,
-        decay_s=grain.decay_s,
-        sample_rate_hz=sample_rate_hz,
-    )
+    bank = click_bank(rng, centre_hz=grain.centre_hz * pitch, spread=grain.spread, decay_s=grain.decay_s)
     # more grains than are heard one by one are heard as louder ones
     gain = grain.gain * min(2.0, (count / heard) ** 0.25)
     return scatter(bank, onsets, gain * sizes, samples=samples, rng=rng)
 
 
-def _poured_water(pour: Pour, *, rng: np.random.Generator, samples: int, sample_rate_hz: int) -> Samples:
+def _poured_water(pour: Pour, *, rng: np.random.Generator, samples: int) -> Samples:
     """A jet's hissing and its bubbles; each rings at 3.26 m/s over its radius (Minnaert), a little upwards."""
     flow = pour.at(pour.flow, samples)
-    band = signal.butter(1, (350.0, min(6500.0, 0.45 * sample_rate_hz)), "bandpass", fs=sample_rate_hz, output="sos")
+    band = signal.butter(1, (350.0, 6500.0), "bandpass", fs=SAMPLE_RATE_HZ, output="sos")
     flutter = np.repeat(rng.exponential(1.0, samples // 512 + 1), 512)[:samples].astype(np.float32)
     hiss = signal.sosfilt(band, rng.standard_normal(samples, dtype=np.float32)) * flow * (0.5 + 0.5 * flutter)
     radii_m = np.exp(rng.normal(np.log(1.6e-3), 0.35, 40)).clip(0.6e-3, 4e-3)
-    times_s = np.arange(round(0.018 * sample_rate_hz)) / sample_rate_hz
+    times_s = np.arange(round(0.018 * SAMPLE_RATE_HZ)) / SAMPLE_RATE_HZ
     pitch_hz = 3.26 / radii_m[:, None] * (1 + rng.uniform(0, 6, (40, 1)) * times_s)
     decay = np.exp(-times_s * rng.uniform(150, 400, (40, 1))) * (1 - np.exp(-times_s / 4e-4))
     bank = decay * np.sin(2 * np.pi * pitch_hz * times_s) * (radii_m[:, None] / 1.6e-3)
@@ -174,9 +166,7 @@ def _poured_water(pour: Pour, *, rng: np.random.Generator, samples: int, sample_
     return (np.float32(rng.uniform(0.009, 0.018)) * hiss + bubbles).astype(np.float32)
 
 
-def _shaken_grains(
-    events: SoundEvents, turns_s: Floats, strengths: Floats, *, rng: np.random.Generator, sample_rate_hz: int
-) -> Samples:
+def _shaken_grains(events: SoundEvents, turns_s: Floats, strengths: Floats, *, rng: np.random.Generator) -> Samples:
     """Grains thrown at the walls of a box at every turn."""
     grain = _GRAINS[events.filling]
     headspace = 1 - LEVEL_FRACTIONS[events.level] + rng.normal(0, 0.06)
@@ -188,32 +178,28 @@ def _shaken_grains(
     sizes = strengths[burst] * rng.lognormal(0, 0.6, len(burst)) * (0.35 + headspace)
     softening = 0.5 + 0.8 * headspace
     bank = click_bank(
-        rng,
-        centre_hz=grain.centre_hz * softening * rng.uniform(0.85, 1.15),
-        spread=grain.spread,
-        decay_s=grain.decay_s,
-        sample_rate_hz=sample_rate_hz,
+        rng, centre_hz=grain.centre_hz * softening * rng.uniform(0.85, 1.15), spread=grain.spread, decay_s=grain.decay_s
     )
-    samples = max(1, round((events.end_s - events.start_s) * sample_rate_hz))
-    return scatter(bank, onsets_s * sample_rate_hz, 0.8 * grain.gain * sizes, samples=samples, rng=rng)
+    samples = max(1, round((events.end_s - events.start_s) * SAMPLE_RATE_HZ))
+    return scatter(bank, onsets_s * SAMPLE_RATE_HZ, 0.8 * grain.gain * sizes, samples=samples, rng=rng)
 
 
-def _turns(turns_s: Floats, strengths: Floats, width_s: float, samples: int, sample_rate_hz: int) -> Samples:
+def _turns(turns_s: Floats, strengths: Floats, width_s: float, samples: int) -> Samples:
     """An envelope that swells at every turn: (samples,)."""
-    clock = np.linspace(0, samples / sample_rate_hz, max(2, samples // 64))
+    clock = np.linspace(0, samples / SAMPLE_RATE_HZ, max(2, samples // 64))
     bumps = strengths * np.exp(-(((clock[:, None] - turns_s) / width_s) ** 2))
     at = np.linspace(0, len(clock) - 1, samples)
     return np.interp(at, np.arange(len(clock)), bumps.sum(axis=1)).astype(np.float32)
 
 
-def _air_column(sound: Samples, resonance_hz: Floats, quality: float, sample_rate_hz: int) -> Samples:
+def _air_column(sound: Samples, resonance_hz: Floats, quality: float) -> Samples:
     """Let a sound (n,) excite an air column whose first resonance moves along (m,) over it: (n,)."""
     padded = np.pad(sound, (_WINDOW, 2 * _WINDOW))
     window = np.hanning(_WINDOW + 1)[:-1].astype(np.float32)
     frames = np.lib.stride_tricks.sliding_window_view(padded, _WINDOW)[::_HOP] * window
     centres = np.arange(len(frames)) * _HOP - _WINDOW / 2
     at = np.interp(centres, np.linspace(0, len(sound), len(resonance_hz)), resonance_hz)
-    frequencies = np.fft.rfftfreq(_WINDOW, 1 / sample_rate_hz).astype(np.float32)
+    frequencies = np.fft.rfftfreq(_WINDOW, 1 / SAMPLE_RATE_HZ).astype(np.float32)
     spectrum = np.fft.rfft(frames) * _resonances(frequencies, at.astype(np.float32), np.float32(quality))
     filtered = np.fft.irfft(spectrum, _WINDOW).astype(np.float32) * window
     return _overlap(filtered)[_WINDOW : _WINDOW + len(sound)]

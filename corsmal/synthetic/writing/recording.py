@@ -16,6 +16,7 @@ from corsmal.detection.parquet import write_parquet
 from corsmal.geometry import Camera
 from corsmal.synthetic.render.frame import render_frame
 from corsmal.synthetic.scene.scene import Scene, sound_events
+from corsmal.synthetic.sound.events import SAMPLE_RATE_HZ
 from corsmal.synthetic.writing.parts import SOUND, part_files, writing
 
 TRUTH_SOURCE = "truth of the synthetic recording"
@@ -137,7 +138,7 @@ def detection_of(mask: NDArray[np.bool_], label: int) -> Detections:
 
 
 def _write_sound(path: Path, scene: Scene) -> None:
-    from corsmal.synthetic.sound.recording import SAMPLE_RATE_HZ, recording_sound  # noqa: PLC0415 - loads SciPy, a second
+    from corsmal.synthetic.sound.recording import recording_sound  # noqa: PLC0415 - loads SciPy, a second
 
     samples = recording_sound(sound_events(scene), rng=np.random.default_rng([scene.seed, 3]))
     with writing(path, errors=(soundfile.SoundFileError,)) as part:
