@@ -3,7 +3,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from corsmal.errors import ArgumentError, NotFoundError
+from corsmal.errors import ArgumentError
 from corsmal.synthetic.scene.containers import ANNOTATED_IDS, CONTAINER_IDS, demo_container
 from corsmal.synthetic.scene.looks import DEMO_LOOKS
 from corsmal.synthetic.scene.scene import make_scene, sound_events, training_scene
@@ -59,22 +59,6 @@ def test_nothing_is_filled_before_the_pour_and_all_of_it_after():
     frames = [int(30 * time) for time in (scene.timing.action_start_s, scene.timing.action_end_s)]
     assert scene.motion.fill[frames[0] - 1] == 0
     assert scene.motion.fill[frames[1] + 2] == pytest.approx(0.9)
-
-
-def test_water_in_a_box_is_refused():
-    with pytest.raises(ArgumentError, match=r"filling must be one of .* for the tea box, got \(3, 1\)"):
-        make_scene(0, container=9, filling=(3, 1))
-
-
-@pytest.mark.parametrize(("argument", "value"), [("scenario", 3), ("look", 12), ("background", -1)])
-def test_a_number_out_of_range_is_named(argument, value):
-    with pytest.raises(ArgumentError, match=f"{argument} must be a whole number"):
-        make_scene(0, container=1, **{argument: value})
-
-
-def test_a_view_that_is_not_there_is_named():
-    with pytest.raises(NotFoundError, match="view must be one of view1, view2, view3, got 'view4'"):
-        make_scene(0, container=1).camera("view4", (64, 36))
 
 
 def test_the_plan_has_every_container_twice_with_different_feasible_fillings():

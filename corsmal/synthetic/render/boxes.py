@@ -94,10 +94,10 @@ def draw_box(
     half = np.array([container.width_top_mm, container.depth_mm, container.height_mm]) / 2000
     centre = base_m + rotation @ np.array([0.0, 0.0, half[2]])
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
-    window = rays.window(centre + corners @ rotation.T)
+    window = rays.windows(centre + corners @ rotation.T)
     if window[0] < window[1] and window[2] < window[3]:
         layers, shade = (image, depth, visible, amodal), (solid_pose(centre, rotation, rays), light)
-        _draw(layers, np.array(window), (half[0], half[1], half[2]), box_prints(container), shade)
+        _draw(layers, window, (half[0], half[1], half[2]), box_prints(container), shade)
     return visible, amodal
 
 

@@ -12,7 +12,7 @@ from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.geometry import Floats
 from corsmal.synthetic.render.boxes import draw_box
 from corsmal.synthetic.render.limbs import PackedLimbs, draw_limbs, pack_limbs
-from corsmal.synthetic.render.room import Shadow, draw_room, draw_shadows
+from corsmal.synthetic.render.room import Body, draw_room, draw_shadows
 from corsmal.synthetic.render.shading import (
     Depth,
     Image,
@@ -82,7 +82,8 @@ def render_frame(scene: Scene, view: str, frame: int, *, size: tuple[int, int] =
         raise ArgumentError(f"size must be (width, height) in the proportions 16 to 9, got {size}")
     room, room_depth, is_table, rays = _room(scene, view, size)
     image, depth = room.copy(), room_depth.copy()
-    draw_shadows(image, is_table, _shadows(scene, frame), table_z_m=scene.furniture.table_m[4], rays=rays)
+    table_z_m = scene.furniture.table_m[4]
+    draw_shadows(image, is_table, _bodies(scene, frame), table_z_m=table_z_m, rays=rays, light=scene.light)
     draw_limbs(image, depth, _limbs(scene, frame), rays=rays, light=scene.light)
     light = light_values(scene.light)
     jug = np.zeros_like(is_table)
@@ -129,22 +130,14 @@ def _limbs(scene: Scene, frame: int) -> PackedLimbs:
     return pack_limbs(limbs)
 
 
-def _shadows(scene: Scene, frame: int) -> list[Shadow]:
-    """Under the container, under the hand and under the jug: the higher, the softer and the further from the lamp."""
-    table_z = scene.furniture.table_m[4]
-    x_shift, y_shift = (-scene.light.direction[k] / max(scene.light.direction[2], 0.2) for k in (0, 1))
+def _bodies(scene: Scene, frame: int) -> list[Body]:
+    """What throws a shadow on the table: the container, the hand and the jug."""
     bodies = [(scene.motion.base_m[frame], scene.container.radius_max_mm / 1000, 0.5)]
     if scene.motion.reach[frame] > 0.9:
         bodies.append((scene.motion.base_m[frame] + (0.06, -0.05, scene.container.grip_mm / 1000), 0.05, 0.3))
     if np.isfinite(scene.motion.jug_base_m[frame]).all():
         bodies.append((scene.motion.jug_base_m[frame], JUG_RADIUS_M, 0.5))
-    shadows = []
-    for place, radius, strength in bodies:
-        rise = max(float(place[2]) - table_z, 0.0)
-        soft = 0.012 + 0.35 * rise
-        middle = (place[0] + x_shift * (rise + 0.02), place[1] + y_shift * (rise + 0.02))
-        shadows.append(Shadow(*middle, radius, soft, strength * max(0.0, 1 - rise / 0.35)))
-    return shadows
+    return bodies
 
 
 def _draw_container(

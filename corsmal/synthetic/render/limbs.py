@@ -80,21 +80,10 @@ def draw_limbs(image: Image, depth: Depth, limbs: PackedLimbs, *, rays: Rays, li
         ],
         axis=1,
     )
+    corners = (limbs.ends_m[:, :, None] + _CORNERS * limbs.radii_m[:, :, None, None]).reshape(-1, 16, 3)
     # from near to far, so that little is shaded that something else then hides
     order = np.argsort((to_camera**2).sum(axis=1))
-    _draw(image, depth, table[order], _windows(limbs, rays)[order], light_values(light))
-
-
-def _windows(limbs: PackedLimbs, rays: Rays) -> NDArray[np.int64]:
-    """(n, 4) columns and rows that can show each limb: boxes around the two spheres."""
-    points = (limbs.ends_m[:, :, None] + _CORNERS * limbs.radii_m[:, :, None, None]).reshape(-1, 16, 3)
-    homogeneous = points @ rays.projection[:, :3].T + rays.projection[:, 3]
-    is_near = homogeneous[:, :, 2].min(axis=1) < 0.05
-    pixels = homogeneous[:, :, :2] / np.maximum(homogeneous[:, :, 2:], 0.05)
-    low, high = np.floor(pixels.min(axis=1)), np.ceil(pixels.max(axis=1)) + 1
-    low[is_near], high[is_near] = 0, rays.size
-    low, high = np.clip(low, 0, rays.size), np.clip(high, 0, rays.size)
-    return np.stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1]], axis=1).astype(np.int64)
+    _draw(image, depth, table[order], rays.windows(corners)[order], light_values(light))
 
 
 @kernel

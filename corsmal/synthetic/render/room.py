@@ -1,11 +1,11 @@
 """The room that does not move: walls, window sill or curtain, table, and the shadows on the table."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from corsmal.geometry import Floats
 from corsmal.synthetic.render.shading import Depth, Image, Rays
 from corsmal.synthetic.scene.furniture import Furniture
 from corsmal.synthetic.scene.looks import Light, Look
@@ -15,25 +15,8 @@ DEPTH_MAX_M = 50.0
 WALL, SIDE_WALL, FLOOR = 0, 1, 2
 
 Grid = NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class Shadow:
-    """A round soft shadow on the table.
-
-    Args:
-        x_m: its middle.
-        y_m: its middle.
-        radius_m: where it is half as strong as in the middle.
-        softness_m: how wide its edge is.
-        strength: share of the light that it takes, 0..1.
-    """
-
-    x_m: float
-    y_m: float
-    radius_m: float
-    softness_m: float
-    strength: float
+Body = tuple[Floats, float, float]
+"""Where something is (3,), its radius in metres, and the share of the light that it takes, 0..1."""
 
 
 def draw_room(furniture: Furniture, look: Look, light: Light, rays: Rays) -> tuple[Image, Depth, NDArray[np.bool_]]:
@@ -66,21 +49,34 @@ def draw_room(furniture: Furniture, look: Look, light: Light, rays: Rays) -> tup
 
 
 def draw_shadows(
-    image: Image, is_table: NDArray[np.bool_], shadows: Sequence[Shadow], *, table_z_m: float, rays: Rays
+    image: Image, is_table: NDArray[np.bool_], bodies: Sequence[Body], *, table_z_m: float, rays: Rays, light: Light
 ) -> None:
-    """Darken the table's top, before anything stands on it."""
-    for shadow in shadows:
-        reach = shadow.radius_m + shadow.softness_m
-        corners = [[shadow.x_m + i * reach, shadow.y_m + j * reach, table_z_m] for i in (-1, 1) for j in (-1, 1)]
-        x0, x1, y0, y1 = rays.window(np.array(corners))
+    """Darken the table's top before anything stands on it: the higher a body, the softer and further from the lamp.
+
+    Args:
+        image: (H, W, 3) RGB, changed.
+        is_table: (H, W) where the table's top is.
+        bodies: what throws a round shadow.
+        table_z_m: height of the table's top.
+        rays: of the camera.
+        light: the recording's light.
+    """
+    x_shift, y_shift = (-light.direction[k] / max(light.direction[2], 0.2) for k in (0, 1))
+    for place_m, radius_m, strength in bodies:
+        rise = max(float(place_m[2]) - table_z_m, 0.0)
+        softness_m, strongest = 0.012 + 0.35 * rise, strength * max(0.0, 1 - rise / 0.35)
+        middle_x, middle_y = place_m[0] + x_shift * (rise + 0.02), place_m[1] + y_shift * (rise + 0.02)
+        reach = radius_m + softness_m
+        corners = [[middle_x + i * reach, middle_y + j * reach, table_z_m] for i in (-1, 1) for j in (-1, 1)]
+        x0, x1, y0, y1 = rays.windows(np.array(corners))
         if x0 >= x1 or y0 >= y1:
             continue
         dx, dy, dz = _directions(rays, (x0, x1, y0, y1))
         t = np.float32(table_z_m - rays.centre_m[2]) / dz
-        x = t * dx + np.float32(rays.centre_m[0] - shadow.x_m)
-        y = t * dy + np.float32(rays.centre_m[1] - shadow.y_m)
-        share = np.clip((reach - np.sqrt(x * x + y * y)) / np.float32(2 * shadow.softness_m), 0, 1)
-        factor = 1 - np.float32(shadow.strength) * share * share * (3 - 2 * share) * is_table[y0:y1, x0:x1]
+        x = t * dx + np.float32(rays.centre_m[0] - middle_x)
+        y = t * dy + np.float32(rays.centre_m[1] - middle_y)
+        share = np.clip((reach - np.sqrt(x * x + y * y)) / np.float32(2 * softness_m), 0, 1)
+        factor = 1 - np.float32(strongest) * share * share * (3 - 2 * share) * is_table[y0:y1, x0:x1]
         image[y0:y1, x0:x1] = (image[y0:y1, x0:x1] * factor[..., None]).astype(np.uint8)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from corsmal.geometry import Camera, Floats
 from corsmal.synthetic.render.kernels import Pixel, Vector, kernel
-from corsmal.synthetic.render.tracing import INF, TINY, at, grain
+from corsmal.synthetic.render.tracing import INF, NEAR, TINY, at, grain
 from corsmal.synthetic.scene.looks import Light
 
 Image = NDArray[np.uint8]
@@ -39,16 +39,15 @@ class Rays:
         matrix = camera.rotation.T @ np.linalg.inv(camera.intrinsic)
         return cls(camera.centre_m, matrix, camera.projection, camera.size)
 
-    def window(self, points_m: Floats) -> tuple[int, int, int, int]:
-        """Columns and rows (x0, x1, y0, y1), ends excluded, around projected points (n, 3), cut to the image."""
-        width, height = self.size
+    def windows(self, points_m: Floats) -> Window:
+        """The parts of the image around projected points (..., n, 3): (..., 4) columns and rows from and to."""
         homogeneous = points_m @ self.projection[:, :3].T + self.projection[:, 3]
-        if (homogeneous[:, 2] < 0.02).any():
-            return 0, width, 0, height
-        pixels = homogeneous[:, :2] / homogeneous[:, 2:]
-        x0, y0 = np.floor(pixels.min(axis=0)).astype(int)
-        x1, y1 = np.ceil(pixels.max(axis=0)).astype(int) + 1
-        return max(x0, 0), min(x1, width), max(y0, 0), min(y1, height)
+        pixels = homogeneous[..., :2] / np.maximum(homogeneous[..., 2:], NEAR)
+        is_near = homogeneous[..., 2].min(axis=-1)[..., None] < NEAR
+        low = np.where(is_near, 0, np.floor(pixels.min(axis=-2)))
+        high = np.where(is_near, self.size, np.ceil(pixels.max(axis=-2)) + 1)
+        ends = np.stack([low, high], axis=-1).clip(0, np.array(self.size)[:, None])
+        return ends.reshape(*ends.shape[:-2], 4).astype(np.int64)
 
 
 def light_values(light: Light) -> Floats:

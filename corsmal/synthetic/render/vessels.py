@@ -85,7 +85,7 @@ def draw_vessel(
     """
     visible, amodal = np.zeros(depth.shape, dtype=np.bool_), np.zeros(depth.shape, dtype=np.bool_)
     outer, inner = _in_metres(vessel.outer), _in_metres(vessel.inner)
-    window = rays.window(base_m + _hull_points(outer) @ rotation.T)
+    window = rays.windows(base_m + _hull_points(outer) @ rotation.T)
     if window[0] >= window[1] or window[2] >= window[3]:
         return visible, amodal
     has_filling = vessel.filling_type > 0 and vessel.fill_height_mm > vessel.inner.heights_mm[0] + 0.5
@@ -99,7 +99,7 @@ def draw_vessel(
     )  # fmt: skip
     layers = (image, image.copy() if vessel.is_clear else image, depth, visible, amodal)
     draw = draw_clear if vessel.is_clear else _draw_opaque
-    draw(layers, np.array(window), (outer, inner, filled), (solid_pose(base_m, rotation, rays), finish, light))
+    draw(layers, window, (outer, inner, filled), (solid_pose(base_m, rotation, rays), finish, light))
     return visible, amodal
 
 

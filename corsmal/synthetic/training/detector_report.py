@@ -1,17 +1,16 @@
 """How well a detector finds the containers in frames of the demo that it has not seen."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from corsmal.detection import Detections, Detector
 from corsmal.errors import ArgumentError
+from corsmal.mass.judging import mask_iou
 from corsmal.synthetic.render.frame import FrameTruth, render_frame
 from corsmal.synthetic.scene.cameras import VIEWS
-from corsmal.synthetic.scene.containers import CONTAINER_IDS, demo_container
+from corsmal.synthetic.scene.containers import CONTAINER_IDS
 from corsmal.synthetic.scene.scene import make_scene
 
 SEEDS_FROM = 1_000_000
@@ -20,12 +19,6 @@ SEEDS_FROM = 1_000_000
 SCORE_MIN, IOU_MIN = 0.5, 0.5
 SHOWN_SHARE_MIN = 0.5
 """A container of which less can be seen is not asked for."""
-
-
-@dataclass(frozen=True)
-class _Found:
-    iou: float
-    false: int
 
 
 def detector_report(
@@ -57,10 +50,9 @@ def detector_report(
         truth = render_frame(scene, view, frame)
         asked = bool(truth.visible.sum() > SHOWN_SHARE_MIN * truth.amodal.sum())
         [detections] = detector.detect([truth.image])
-        found = _compared(detections, truth, asked=asked)
-        is_hit = asked and found.iou >= IOU_MIN
-        iou = found.iou if is_hit else np.nan
-        rows.append((seed, demo_container(number).name, view, frame, asked, is_hit, iou, found.false))
+        iou, false = _compared(detections, truth, asked=asked)
+        is_hit = asked and iou >= IOU_MIN
+        rows.append((seed, scene.container.name, view, frame, asked, is_hit, iou if is_hit else np.nan, false))
         if progress is not None:
             progress(index + 1, frames)
     return pd.DataFrame(rows, columns=["seed", "container", "view", "frame", "asked", "found", "iou", "false"])
@@ -83,18 +75,13 @@ def detector_table(report: pd.DataFrame) -> pd.DataFrame:
     return table.astype({"frames": int, "asked": int})
 
 
-def _compared(detections: Detections, truth: FrameTruth, *, asked: bool) -> _Found:
+def _compared(detections: Detections, truth: FrameTruth, *, asked: bool) -> tuple[float, int]:
     """The best overlap, and how many are not the container; one that is not asked for may be found or not."""
     kept = np.flatnonzero(np.asarray(detections.scores) >= SCORE_MIN)
     masks = [detections.mask(int(index)) for index in kept]
-    overlaps = [_iou(mask, truth.visible) for mask in masks]
+    overlaps = [mask_iou(mask, truth.visible) for mask in masks]
     if asked:
         right = min(1, sum(overlap >= IOU_MIN for overlap in overlaps))
     else:
         right = sum(bool((mask & truth.amodal).any()) for mask in masks)
-    return _Found(max(overlaps, default=0.0), len(kept) - right)
-
-
-def _iou(mask: NDArray[np.bool_], other: NDArray[np.bool_]) -> float:
-    union = (mask | other).sum()
-    return float((mask & other).sum() / union) if union else 0.0
+    return max(overlaps, default=0.0), len(kept) - right
