@@ -239,13 +239,14 @@ def read_checkpoint(path: Path) -> dict[str, Any] | None:
 
 @contextlib.contextmanager
 def quiet_lightning() -> Iterator[None]:
-    """Without what Lightning says at every start: accelerators, other products, and that a run is resumed."""
+    """Suppress what Lightning reports at every start: accelerators, other products, resumed runs, its own old calls."""
     logger = logging.getLogger("lightning.pytorch")
     level = logger.level
     logger.setLevel(logging.WARNING)
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Checkpoint directory .* exists and is not empty")
+            warnings.filterwarnings("ignore", message=".*isinstance.treespec, LeafSpec")  # its own call of PyTorch
             yield
     finally:
         logger.setLevel(level)

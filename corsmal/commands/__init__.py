@@ -54,7 +54,9 @@ class _Rate(ProgressColumn):
     """The rate per minute."""
 
     def render(self, task: Task) -> Text:
-        return Text("" if not task.speed else f"{60 * task.speed:.3g}/min", style="progress.data.speed")
+        rate = 60 * (task.speed or 0)
+        text = "" if not rate else f"{rate:.0f}/min" if rate >= 100 else f"{rate:.2g}/min"
+        return Text(text, style="progress.data.speed")
 
 
 @contextmanager
@@ -83,8 +85,11 @@ def say(sentence: str) -> None:
 
 
 def show(title: str, table: "pd.DataFrame") -> None:
-    """Print a table with its title."""
-    typer.echo(f"{title}\n{table.round(1).to_string()}\n")
+    """Print a table with its title; rows that have no names are not numbered."""
+    import pandas as pd
+
+    has_names = not isinstance(table.index, pd.RangeIndex)
+    typer.echo(f"{title}\n{table.round(1).to_string(index=has_names, na_rep='–')}\n")
 
 
 def chosen(dataset: "Dataset", ids: list[str] | None) -> "list[Recording]":

@@ -129,8 +129,9 @@ def wall(root: Root) -> None:
 
     with progress_bar("recordings") as progress:
         learnt = learn_wall(list(open_dataset(root)), store=Store(), progress=progress)
+    names = {"no_wall_pct": "no wall", "preset_pct": "preset", "others_pct": "others", "wall_mm": "others, mm"}
     show(
         "Mean capacity error in % by container: without a wall, with the preset's, with that of the other containers",
-        learnt.table.set_index("container"),
+        learnt.table.set_index("container").rename(columns=names),
     )
     say(f"Wall: {learnt.wall_mm:.1f} mm. To use it: estimate --preset tuned --wall {learnt.wall_mm:.1f}")

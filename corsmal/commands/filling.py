@@ -83,7 +83,8 @@ def evaluate(
     show("MPF1 in % by container", filling_container_table(predictions))
     for quantity in ("filling_level", "filling_type"):
         for kind, table in filling_confusion_tables(predictions, quantity).items():
-            show(f"{quantity.replace('_', ' ')}, {kind}: rows are true, columns predicted", table)
+            if table.to_numpy().any():
+                show(f"{quantity.replace('_', ' ')}, {kind}: rows are true, columns predicted", table)
 
 
 def _training(preset: Literal["paper", "tuned"], epochs: int | None) -> "FillingTraining":

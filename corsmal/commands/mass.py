@@ -31,8 +31,10 @@ def train(
 
     network = MassConfig.paper() if preset == "paper" else MassConfig.tuned()
     trained = train_mass(_rows(root), folder, MassTraining(network=network, epochs=epochs, seed=seed))
-    dropped = "".join(f"; {count} left out: {reason}" for reason, count in trained.dropped.items())
-    say(f"Weights: {trained.path} ({trained.rows} recordings, {trained.epochs} epochs{dropped})")
+    for reason, count in trained.dropped.items():
+        say(f"Recordings not used: {count} ({reason})")
+    say(f"Recordings trained on: {trained.rows}, validated on: {trained.validation_rows}; epochs: {trained.epochs}")
+    say(f"Weights: {trained.path}")
 
 
 def evaluate(

@@ -117,7 +117,6 @@ def model():
 
 
 @learning
-@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
 def test_train_an_epoch_on_64_recordings_of_10_s(benchmark, waveform, tmp_path):
     """With Lightning, its logs and a checkpoint."""
     samples, numbers = samples_of(log_mel(waveform)), iter(range(10))

@@ -253,7 +253,6 @@ def listened(tmp_path):
     return [str(tmp_path / "set"), str(tmp_path / "run"), "--features", str(tmp_path / "features")]
 
 
-@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
 def test_filling_is_cross_validated_and_its_tables_are_shown(listened, monkeypatch):
     quick = replace(FillingTraining.paper(), epochs=1)
     monkeypatch.setattr(FillingTraining, "of", classmethod(lambda *_: quick))
@@ -263,7 +262,6 @@ def test_filling_is_cross_validated_and_its_tables_are_shown(listened, monkeypat
         assert title in result.output
 
 
-@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")
 def test_filling_is_trained_to_a_file_that_predicts(listened, monkeypatch):
     quick = replace(FillingTraining.tuned(), epochs=1)
     monkeypatch.setattr(FillingTraining, "of", classmethod(lambda *_: quick))

@@ -9,8 +9,6 @@ from corsmal.filling import FillingPredictor, cross_validate, crossvalidation
 from corsmal.filling.crossvalidation import COLUMNS
 from tests.filling.made import JOINT, PAPER, made_samples
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
-
 SHORT = replace(JOINT, epochs=1)
 SAMPLES = made_samples(28)
 FOLDS = {sample.recording_id: index % 2 for index, sample in enumerate(SAMPLES)}

@@ -11,8 +11,6 @@ from corsmal.filling import read_filling
 from corsmal.filling.loop import fit_network, keeps
 from tests.filling.made import JOINT, PAPER, SMALL, made_samples, same, state
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
-
 each_training = pytest.mark.parametrize(
     "training", [PAPER, JOINT, replace(JOINT, schedule="cosine")], ids=["paper", "joint", "cosine"]
 )

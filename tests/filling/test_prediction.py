@@ -136,7 +136,6 @@ def test_absent_weights_and_devices_are_refused(tmp_path, one):
         FillingPredictor(tmp_path / "one.safetensors", device="abacus")
 
 
-@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
 def test_weights_say_what_they_were_trained_on(tmp_path):
     trained = TrainedOn({f"{index:06d}": {"audio": index} for index in range(14)}, is_synthetic=True)
     samples = made_samples(14)

@@ -11,8 +11,6 @@ from corsmal.filling.loop import kept_epoch
 from corsmal.filling.training import hold_out, part_of
 from tests.filling.made import JOINT, PAPER, SMALL, made_features, made_samples, same, state
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
-
 SHORT = replace(JOINT, networks=(SMALL, replace(SMALL, standardise=False)), epochs=2)
 
 

@@ -9,8 +9,6 @@ from corsmal.mass import MassConfig, MassPredictor, MassTraining, judge_mass, tr
 from corsmal.mass.crossvalidation import cross_validate_mass, judge_validation, spread_mass_folds
 from tests.mass.test_samples import made_rows
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
-
 TINY = MassTraining(network=MassConfig(channels=(2, 3, 4, 5), hidden=(6, 4)), epochs=2, batch=4)
 ROWS = list(made_rows(10))
 

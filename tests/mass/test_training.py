@@ -11,8 +11,6 @@ from tests.mass.test_samples import made_row, made_rows
 NETWORK = MassConfig(channels=(2, 3, 4, 5), hidden=(6, 4))
 TINY = MassTraining(network=NETWORK, epochs=3, batch=8)
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
-
 
 @pytest.fixture(scope="module")
 def learnt(tmp_path_factory):

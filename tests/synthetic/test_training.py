@@ -179,7 +179,6 @@ def training_root(tmp_path_factory):
     return tmp_path_factory.mktemp("training") / "run"
 
 
-@pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
 def test_training_writes_weights_and_goes_on_where_it_was_stopped(training_root):
     path = train_detector(training_root, TINY)
     last = training_root / "checkpoints" / "last.ckpt"

@@ -15,7 +15,7 @@ from torchvision.models.detection import MaskRCNN
 from corsmal.detection.small import SmallMaskRCNN, read_detector, save_detector
 from corsmal.errors import FileError
 from corsmal.synthetic.training.frames import DetectorTraining, RenderedFrames, Target
-from corsmal.weights import read_checkpoint
+from corsmal.weights import quiet_lightning, read_checkpoint
 
 
 class DetectorModule(lightning.LightningModule):
@@ -96,7 +96,8 @@ def train_detector(folder: Path, training: DetectorTraining | None = None, *, in
         ],
         enable_model_summary=False,
     )
-    trainer.fit(module, loader, ckpt_path=last if begun else None, weights_only=True)
+    with quiet_lightning():
+        trainer.fit(module, loader, ckpt_path=last if begun else None, weights_only=True)
     path = folder / "detector.safetensors"
     save_detector(path, module.network)
     return path
