@@ -29,9 +29,10 @@ from corsmal.filling import FillingPredictor
 from corsmal.mass import MassPredictor
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import load_detections
+from corsmal.stages.true_masks import true_views
 from corsmal.store import Store
 from tests.networks import write_networks
-from tests.tiny import write_tiny_dataset
+from tests.tiny import detections_of, write_json, write_tiny_dataset
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
@@ -53,6 +54,7 @@ OTHERS = [
 ]
 """Lines that are no commands of ``corsmal``."""
 
+RUN_NAME = "first"
 RECORDINGS, DETECTED_HERE = 9, "000002"
 """Of the dataset ROOT; the second has no detections beside its videos."""
 
@@ -78,10 +80,13 @@ class Place:
 
     @cached_property
     def demo(self) -> Path:
-        """The demo with one small recording."""
-        small = ["--container", "1", "--recordings", "1", "--width", "160"]
-        run(["demo", str(self.folder / "DIR"), *small])
-        return self.folder / "DIR"
+        """The demo with one small recording, and the true masks as its detections."""
+        root = self.folder / "DIR"
+        run(["demo", str(root), "--container", "1", "--recordings", "1", "--width", "160"])
+        for name, view in true_views(open_dataset(root)["000000"]).items():
+            masks = [found.masks.any(axis=0) for found in view.values()]
+            write_json(root / name / "detections" / "000000.json", detections_of(masks))
+        return root
 
     @cached_property
     def networks(self) -> dict[str, Path]:
@@ -89,7 +94,7 @@ class Place:
 
     @cached_property
     def estimates(self) -> Path:
-        run(["estimate", str(self.dataset), "--out", str(self.table), "--workers", "1"])
+        run(["estimate", str(self.dataset), "--run", RUN_NAME, "--out", str(self.table), "--workers", "1"])
         return self.table
 
     @cached_property
@@ -119,6 +124,7 @@ class Place:
             "ROOT": lambda: self.dataset,
             "/shared/ccm/train": lambda: self.dataset,
             "DIR": lambda: self.demo,
+            "NAME": lambda: RUN_NAME,
             "RUN": lambda: self.run_of(words_of(line)),
             "RUN/mass.safetensors": lambda: self.networks["mass"],
             "000618": lambda: DETECTED_HERE,
@@ -182,7 +188,7 @@ def test_the_readmes_command_runs(line: str, place: Place) -> None:
 
 
 def test_the_readme_names_every_command() -> None:
-    groups = {"": cli.COMMANDS, "train ": cli.TRAIN, "evaluate ": cli.EVALUATE}
+    groups = {"": cli.COMMANDS, "runs ": cli.RUNS, "train ": cli.TRAIN, "evaluate ": cli.EVALUATE}
     assert {group + name for group, names in groups.items() for name in names} == set(map(words_of, COMMANDS))
 
 
@@ -202,7 +208,6 @@ def _(place: Place, arguments: list[str]) -> None:
 def _(place: Place, arguments: list[str]) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(detection, "MaskRCNNDetector", partial(MaskRCNNDetector, image_side_min_px=48))
-        patch.setattr("corsmal.engines.tasks._detector", lambda task: task.detector())
         if "dask" in arguments:
             arguments += ["--demo-weights"]  # the workers have no weights of Mask R-CNN
         elif "--demo-weights" in arguments:
@@ -235,7 +240,7 @@ def _(place: Place, arguments: list[str]) -> None:
     output = run(arguments)
     for title in ("By container", "The challenge's scores", "capacity"):
         assert title in output
-    assert "red cup" in (place.folder / "table.tex").read_text(encoding="utf-8")
+    assert r"\end{tabular}" in (place.folder / "table.tex").read_text(encoding="utf-8")
 
 
 @check("submit")
@@ -310,13 +315,43 @@ def _(_: Place, arguments: list[str]) -> None:
     assert "The worst frames" in output
 
 
-@check("budget")
+@check("attribute")
 def _(place: Place, arguments: list[str]) -> None:
-    output = run(arguments)
-    assert "MAPE in %" in output
-    if "--scatter" in arguments:
-        assert "rank correlation" in output
-        assert (place.folder / "scores.html").stat().st_size > 1000
+    if "--ablation" in arguments:
+        assert "tuned, no wall" in run([*arguments, "--workers", "1"])
+        return
+    run(["estimate", arguments[1], "--run", RUN_NAME, "--out", str(place.folder / "demo.csv"), "--workers", "1"])
+    output = run([*arguments, "--workers", "1"])
+    assert "with one stage replaced by the truth" in output
+    assert "rank correlation" in output
+    assert (place.folder / "scores.html").stat().st_size > 1000
+
+
+@check("runs list")
+def _(place: Place, arguments: list[str]) -> None:
+    assert place.estimates.is_file()
+    assert f"{RUN_NAME} " in run(arguments)
+
+
+@check("runs show")
+def _(place: Place, arguments: list[str]) -> None:
+    assert place.estimates.is_file()
+    assert f"recordings: {RECORDINGS}" in run(arguments)
+
+
+@check("runs export")
+def _(place: Place, arguments: list[str]) -> None:
+    written = place.estimates.read_bytes()
+    place.estimates.unlink()
+    run(arguments)
+    assert place.estimates.read_bytes() == written
+
+
+@check("runs delete")
+def _(place: Place, arguments: list[str]) -> None:
+    run(["estimate", str(place.dataset), "000000", "--run", "another", "--out", str(place.folder / "another.csv")])
+    run([*arguments[:-1], "another"])
+    assert "another" not in run(["runs", "list", str(place.dataset)])
 
 
 def test_the_library_example_runs(place: Place, capsys: pytest.CaptureFixture[str]) -> None:
