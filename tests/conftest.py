@@ -1,5 +1,6 @@
-"""Fixtures that more than one folder of tests uses."""
+"""Fixtures that more than one folder of tests uses, and how tests are shared out to several processes."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,18 @@ from corsmal.store import Store
 from tests.tiny import write_tiny_dataset
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """With ``-n`` the tests of a file stay in one process, files keep their order, and a process has one thread.
+
+    Fixtures of a module are made once, the long tests of a browser do not come last, and threads that wait for each
+    other do not take the cores from the other processes.
+    """
+    if getattr(config.option, "numprocesses", None):
+        config.option.dist, config.option.loadscopereorder = "loadfile", False
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
 @pytest.fixture(scope="session")
