@@ -80,9 +80,8 @@ def detections_origin(recording: Recording, *, store: Store) -> str:
 def needs_detection(recording: Recording, detector_digest: str, *, store: Store) -> bool:
     """Whether a view without a detections file has no detections, or those of one detector, maybe not all of them."""
     views = [recording.views[name] for name in METHOD_VIEWS if name in recording.views]
-    return any(
-        _latest(view, store) in (None, _key(view, detector_digest)) for view in views if view.detections_path is None
-    )
+    open_views = [view for view in views if view.detections_path is None]
+    return any(_latest(view, store) in (None, _key(view, detector_digest)) for view in open_views)
 
 
 def detect_recording(
@@ -116,7 +115,7 @@ def detect_recording(
     if every < 1:
         raise ArgumentError(f"every must be at least 1, got {every}")
     works, broken = _openable(recording, detector, store)
-    stop = cancelled or (lambda: False)
+    stop, keep = cancelled or (lambda: False), kept or (lambda: None)
     levels = (every - 1).bit_length()
     beside = 2 * len(PAIRS)
     total = sum(len(range(0, work.frame_count, every)) + levels * beside for work in works)
@@ -134,16 +133,14 @@ def detect_recording(
             work.inspect(frames, report, stop)
             done += len(frames)
         seen.update(range(0, max((work.frame_count for work in works), default=0), step))
-        if kept is not None:
-            kept()
+        keep()
     for level in range(levels):
         frames = _beside_the_best(load_detections(recording, store=store), seen, -(-every // 2 ** (level + 1)))
         seen.update(frames)
         for work in works:
             work.inspect([frame for frame in frames if 0 <= frame < work.frame_count], report, stop)
             done += beside
-        if kept is not None:
-            kept()
+        keep()
     if not stop():
         report(total)
     if broken is not None:
