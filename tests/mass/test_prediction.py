@@ -1,3 +1,4 @@
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import torch
 
 from corsmal.errors import ArgumentError, FileError
 from corsmal.mass import MassConfig, MassModel, MassPrediction, MassPredictor, read_mass, save_mass
+from corsmal.weights import ENTRY
 from tests.mass.made import CUP, container, gripped
 
 CONFIG = MassConfig(channels=(2, 3, 4, 5), hidden=(6, 4))
@@ -118,9 +120,10 @@ def test_an_absent_file_and_half_a_file_are_errors(weights, tmp_path):
 def rewritten(path, *, config=None, kind="mass", **changes):
     """The same file with other metadata or tensors."""
     with safetensors.safe_open(path, "pt") as file:
-        metadata = file.metadata()
+        content = json.loads(file.metadata()[ENTRY])
         state = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
-    metadata = {**metadata, "kind": kind, "config": config or metadata["config"]}
+    config = json.dumps(content["config"]) if config is None else config
+    metadata = {ENTRY: f'{{"kind": "{kind}", "config": {config}, "training": {{}}}}'}
     state = {name: changes.get(name.replace(".", "_"), value) for name, value in state.items()}
     safetensors.torch.save_file({name: value for name, value in state.items() if value is not None}, path, metadata)
 
