@@ -3,15 +3,17 @@
 import streamlit as st
 
 from corsmal.figures import score_figure
-from corsmal.ui import controls, session, viewer
-from corsmal.ui.components import guarded
+from corsmal.ui import frames as viewer
+from corsmal.ui import session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.pins import pin_frames
+from corsmal.ui.shape import parameters
+from corsmal.ui.shape.measures import guarded
 
 st.title("Frames")
 recording, frames = open_detected()
-pair, best = controls.pair_control(recording)
+pair, best = parameters.pair_control(recording)
 
 
 @st.fragment
@@ -34,7 +36,7 @@ def browse() -> None:
         )
         st.caption("Click a frame, or step with ← → (one), Page Up and Page Down (ten), Home and End.")
     else:
-        frame = controls.frame_control(best, frames=frames)
+        frame = parameters.frame_control(best, frames=frames)
     if event.settled:
         session.write_address()
     viewer.view_pictures(recording, frame=frame, best=best)

@@ -3,10 +3,10 @@
 import streamlit as st
 
 from corsmal.ui import data, media, session
-from corsmal.ui.components import guarded
-from corsmal.ui.filling import cached as sound
+from corsmal.ui.filling import sound
+from corsmal.ui.recordings import LACKS, filter_table, recordings_table
 from corsmal.ui.routes import thumbnail_urls
-from corsmal.ui.tables import LACKS, filter_table, recordings_table
+from corsmal.ui.shape.measures import guarded
 
 TITLES = {"view1": "left of the robot", "view2": "right of the robot", "view3": "frontal", "view4": "worn"}
 COLUMNS = {

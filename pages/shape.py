@@ -3,12 +3,13 @@
 import streamlit as st
 
 from corsmal.figures import hull_figure, profile_figure
-from corsmal.ui import controls, data, session
-from corsmal.ui.components import guarded, hull_downloads, measures, recording_measures, reprojection
+from corsmal.ui import data, session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.pins import pin_hull
-from corsmal.ui.tables import truth, truth_profile_mm
+from corsmal.ui.recordings import truth, truth_profile_mm
+from corsmal.ui.shape import parameters
+from corsmal.ui.shape.measures import guarded, hull_downloads, measures, recording_measures, reprojection
 
 st.title("Shape")
 recording, frames = open_detected()
@@ -18,16 +19,16 @@ recording, frames = open_detected()
 @guarded()
 def fit_panel() -> None:
     event = plot_event("hull")
-    controls.apply_sliders(event)
+    parameters.apply_sliders(event)
     left, second, middle, right = st.columns([3, 2, 4, 4])
     with left:
-        controls.preset_control()
+        parameters.preset_control()
     with second:
-        compared = controls.beside_control()
+        compared = parameters.beside_control()
     with middle:
-        pair, best = controls.pair_control(recording)
+        pair, best = parameters.pair_control(recording)
     with right:
-        frame = controls.frame_control(best, frames=frames)
+        frame = parameters.frame_control(best, frames=frames)
     shape = session.choice().shape
     fit = data.fit(recording, pair=pair, frame=frame, centre_rule=best.centre_rule, shape=shape, keep=event.settled)
     other = data.preset_fit(recording, fit, centre_rule=best.centre_rule, preset=compared)
@@ -36,12 +37,12 @@ def fit_panel() -> None:
     if fit.hull.ok:
         left, right = st.columns([3, 2])
         with left:
-            scope = controls.scope_control()
+            scope = parameters.scope_control()
             linked_plot(
                 hull_figure(fit.hull, fit.dimensions, cameras=data.cameras(recording), scope=scope, beside=beside),
                 key="hull",
                 label="Hull, circumferences and cameras in 3D",
-                sliders=controls.live_sliders(),
+                sliders=parameters.live_sliders(),
                 height_px=520,
                 revision=f"{recording.id} {scope}",
             )
@@ -60,8 +61,8 @@ def fit_panel() -> None:
         found = data.tuned_estimate(recording)
         recording_measures(found, truth=truth(recording))
         if found.fit is not None:
-            controls.explained_frame_control(found.fit, frame=frame)
-    controls.other_parameters()
+            parameters.explained_frame_control(found.fit, frame=frame)
+    parameters.other_parameters()
     hull_downloads(recording, fit)
     pin_hull(recording, fit)
 

@@ -10,9 +10,9 @@ from corsmal.stages.detections import DetectionSet, detect_recording
 from corsmal.stages.settings import SEARCH_STEP
 from corsmal.store import Store
 from corsmal.ui import data, session
-from corsmal.ui.components import notes, plain
+from corsmal.ui.frames import longest_view
 from corsmal.ui.jobs import Job, progress_text
-from corsmal.ui.viewer import longest_view
+from corsmal.ui.shape.measures import notes, plain
 from corsmal.weights import find_weights
 
 DETECTORS = {"coco": "Mask R-CNN, COCO weights", "demo": "small Mask R-CNN of the demo"}

@@ -13,7 +13,7 @@ from corsmal.figures.report import Pin, report_html
 from corsmal.parameters import CentreRule
 from corsmal.selection import Pair
 from corsmal.ui import data
-from corsmal.ui.components import plain, say_later, say_what_waits
+from corsmal.ui.shape.measures import plain, say_later, say_what_waits
 
 KEY = "pins"
 

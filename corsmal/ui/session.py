@@ -9,9 +9,9 @@ from streamlit.runtime.scriptrunner import get_script_run_ctx
 from corsmal.dataset import Dataset, Recording
 from corsmal.errors import CorsmalError
 from corsmal.ui import data, demo
-from corsmal.ui.components import plain
 from corsmal.ui.folders import default_folder, demo_folder, is_demo, is_demo_ready
-from corsmal.ui.tables import most_complete, recording_labels
+from corsmal.ui.recordings import most_complete, recording_labels
+from corsmal.ui.shape.measures import plain
 from corsmal.ui.url import Choice, from_params, to_params
 
 CHOICE, WRITTEN, PROBLEMS, FOLDER, PICKER = "choice", "url_written", "url_problems", "data_folder", "picker"

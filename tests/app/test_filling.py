@@ -15,8 +15,7 @@ from corsmal.dataset import open_dataset
 from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, FillingPredictor, save_filling
 from corsmal.filling.features import recording_features
 from corsmal.ui import data
-from corsmal.ui.filling import cached as sound
-from corsmal.ui.filling import controls as filling
+from corsmal.ui.filling import sound, timeline
 from corsmal.ui.filling.downloads import windows_table
 from corsmal.ui.media import GAIN
 from tests.app.driver import Visitor
@@ -76,11 +75,11 @@ def assert_answers(visitor: Visitor, expected: FillingPrediction) -> None:
 
 
 def span_of(visitor: Visitor) -> tuple[float, ...]:
-    return tuple(visitor.plots[filling.TIMELINE]["span"]["values"])
+    return tuple(visitor.plots[timeline.TIMELINE]["span"]["values"])
 
 
 def traces(visitor: Visitor, axis: str) -> list[dict[str, Any]]:
-    return [trace for trace in visitor.plots[filling.TIMELINE]["figure"]["data"] if trace.get("yaxis", "y") == axis]
+    return [trace for trace in visitor.plots[timeline.TIMELINE]["figure"]["data"] if trace.get("yaxis", "y") == axis]
 
 
 def test_page_opens_with_the_answer_to_the_whole_recording(visitor: Visitor, root: Path, weights: Path) -> None:
@@ -103,11 +102,11 @@ def test_answer_stands_beside_the_truth(visitor: Visitor, root: Path, weights: P
 def test_dragging_a_handle_asks_again_and_only_letting_go_writes_the_address(
     visitor: Visitor, root: Path, weights: Path
 ) -> None:
-    visitor.report(filling.TIMELINE, values={"crop_from": 1.0}, settled=False)
+    visitor.report(timeline.TIMELINE, values={"crop_from": 1.0}, settled=False)
     total = 1 + 3 * SAMPLE_RATE_HZ // 1024
     assert_answers(visitor, by_hand(root, weights, (round(1 / ROW_S), total)))
     assert "crop" not in visitor.address
-    visitor.report(filling.TIMELINE, values={"crop_to": 2.0}, settled=True)
+    visitor.report(timeline.TIMELINE, values={"crop_to": 2.0}, settled=True)
     assert_answers(visitor, by_hand(root, weights, (round(1 / ROW_S), round(2 / ROW_S) + 1)))
     assert visitor.address["crop"] == "1.00-2.00"
     assert span_of(visitor) == (1, 2)
@@ -116,7 +115,7 @@ def test_dragging_a_handle_asks_again_and_only_letting_go_writes_the_address(
 
 
 def test_bars_of_a_crop_are_marked_with_the_whole_recording(visitor: Visitor, root: Path, weights: Path) -> None:
-    visitor.report(filling.TIMELINE, values={"crop_from": 1.0}, settled=True)
+    visitor.report(timeline.TIMELINE, values={"crop_from": 1.0}, settled=True)
     marks = visitor.plots["answer_type"]["figure"]["data"][-1]
     probabilities = by_hand(root, weights).type_probabilities
     assert probabilities is not None
@@ -124,7 +123,7 @@ def test_bars_of_a_crop_are_marked_with_the_whole_recording(visitor: Visitor, ro
 
 
 def test_whole_recording_is_a_button_away(visitor: Visitor, root: Path, weights: Path) -> None:
-    visitor.report(filling.TIMELINE, values={"crop_from": 1.0, "crop_to": 1.5}, settled=True)
+    visitor.report(timeline.TIMELINE, values={"crop_from": 1.0, "crop_to": 1.5}, settled=True)
     visitor.press("Whole recording")
     assert_answers(visitor, by_hand(root, weights))
     assert visitor.address == {"recording": NAME}
@@ -143,7 +142,7 @@ def test_whole_recording_is_a_button_away(visitor: Visitor, root: Path, weights:
 def test_ends_that_no_browser_sends_are_brought_within_the_recording(
     visitor: Visitor, dragged: dict[str, float], crop: tuple[float, float]
 ) -> None:
-    visitor.report(filling.TIMELINE, values=dragged, settled=True)
+    visitor.report(timeline.TIMELINE, values=dragged, settled=True)
     assert visitor.crashes == visitor.errors == []
     assert span_of(visitor) == pytest.approx(crop)
 
@@ -152,7 +151,7 @@ def test_address_holds_the_crop_and_the_microphone(noisy: Path, weights: Path) -
     other = Visitor(noisy, recording=NAME, crop="0.50-1.50", ch="3").open("filling")
     assert_answers(other, by_hand(noisy, weights, (round(0.5 / ROW_S), round(1.5 / ROW_S) + 1)))
     assert other.address == {"recording": NAME, "crop": "0.50-1.50", "ch": "3"}
-    assert "microphone 3" in str(other.plots[filling.TIMELINE]["figure"]["layout"]["annotations"])
+    assert "microphone 3" in str(other.plots[timeline.TIMELINE]["figure"]["layout"]["annotations"])
 
 
 def test_crop_after_the_end_is_left_out_and_reported(noisy: Path) -> None:
@@ -171,12 +170,12 @@ def test_microphone_is_drawn_and_leaves_the_answer(visitor: Visitor, root: Path,
 
 def test_click_chooses_the_frame_of_that_moment(visitor: Visitor) -> None:
     click = {"x": 0.1, "y": 0.0, "curve": 0, "customdata": None, "point_index": 3}
-    visitor.report(filling.TIMELINE, click=click)
+    visitor.report(timeline.TIMELINE, click=click)
     assert visitor.address["frame"] == "3"
     assert "view3, frame 3, 0.10 s" in visitor.sentences
-    line = visitor.plots[filling.TIMELINE]["figure"]["layout"]["shapes"][-1]
+    line = visitor.plots[timeline.TIMELINE]["figure"]["layout"]["shapes"][-1]
     assert line["x0"] == line["x1"] == pytest.approx(0.1)
-    visitor.report(filling.TIMELINE, click=click | {"x": 2.9})
+    visitor.report(timeline.TIMELINE, click=click | {"x": 2.9})
     assert visitor.address["frame"] == "5"
 
 
@@ -280,8 +279,8 @@ def test_broken_or_missing_weights_leave_the_sound(
         assert str(path) in error
         assert words in error
         assert visitor.count("audio") == 1
-        assert set(visitor.plots) == {filling.TIMELINE}
-        assert len(visitor.plots[filling.TIMELINE]["figure"]["data"]) == 3
+        assert set(visitor.plots) == {timeline.TIMELINE}
+        assert len(visitor.plots[timeline.TIMELINE]["figure"]["data"]) == 3
 
 
 def test_weights_of_the_demo_are_said_to_be_of_synthetic_sound(

@@ -13,8 +13,8 @@ from corsmal.parameters import PAIRS
 from corsmal.quantities import BY_METRIC
 from corsmal.runs.run import Run
 from corsmal.ui import session
-from corsmal.ui.components import plain
 from corsmal.ui.evaluation.cached import METRIC_NAMES, STAGE_PAGES
+from corsmal.ui.shape.measures import plain
 
 FOCUS = "evaluation_focus"
 STAGES = {"frames": "Frames", "shape": "Shape", "filling": "Filling", "mass": "Mass"}

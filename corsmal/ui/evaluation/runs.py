@@ -11,10 +11,10 @@ from corsmal.runs.making import make_run, numbered_names
 from corsmal.runs.run import Run, delete_run
 from corsmal.stages.settings import SEARCH_STEP, DetectorSettings, EstimateSettings, default_settings, find_detector
 from corsmal.ui import data, session
-from corsmal.ui.components import guarded, plain
 from corsmal.ui.detecting import DETECTORS
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.jobs import Job, progress_text
+from corsmal.ui.shape.measures import guarded, plain
 from corsmal.weights import find_weights
 
 RUN = "evaluation_run"

@@ -6,7 +6,6 @@ from corsmal.dataset import Dataset
 from corsmal.evaluation import PROTOCOLS, STAMPS
 from corsmal.evaluation.typesetting import TITLES
 from corsmal.runs.run import Run
-from corsmal.ui.components import guarded
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.evaluation.attribution import attribution_section
 from corsmal.ui.evaluation.comparison import comparison_section
@@ -16,6 +15,7 @@ from corsmal.ui.evaluation.leaderboard import leaderboard_section
 from corsmal.ui.evaluation.report import report_section
 from corsmal.ui.evaluation.sweep import sweep_section
 from corsmal.ui.evaluation.tables import container_section, rows_section
+from corsmal.ui.shape.measures import guarded
 
 SECTION = "evaluation_section"
 SECTIONS = {

@@ -9,8 +9,8 @@ from corsmal.dataset import Recording
 from corsmal.figures.report import Pin
 from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
 from corsmal.ui import media, session
-from corsmal.ui.filling import cached as sound
-from corsmal.ui.filling.controls import HEADS
+from corsmal.ui.filling import sound
+from corsmal.ui.filling.timeline import HEADS
 from corsmal.ui.pins import pin_button
 
 

@@ -14,12 +14,11 @@ from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
 from corsmal.mass import AxisRule
 from corsmal.mass.axis import AXIS_RULES
-from corsmal.ui import data
-from corsmal.ui.components import guarded, plain
+from corsmal.ui import data, mass_network
 from corsmal.ui.linked_plot import Slider, linked_plot
-from corsmal.ui.mass import cached as mass
-from corsmal.ui.mass.cached import MASS_VIEW, Weighed
+from corsmal.ui.mass_network import MASS_VIEW, Weighed
 from corsmal.ui.pins import pin_button
+from corsmal.ui.shape.measures import guarded, plain
 from corsmal.weights import find_weights
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ def about_weights(recording: Recording, network: "MassModel | None") -> None:
 def axis_control(learnt: AxisRule) -> AxisRule:
     """Choose how the axis is found; at first the way that the network learnt with."""
     state = st.session_state
-    rule: AxisRule = state.get(mass.AXIS) or learnt
+    rule: AxisRule = state.get(mass_network.AXIS) or learnt
     state["mass_axis"] = rule
     st.segmented_control(
         "Axis from",
@@ -58,7 +57,7 @@ def axis_control(learnt: AxisRule) -> AxisRule:
         key="mass_axis",
         required=True,
         format_func=RULES.__getitem__,
-        on_change=lambda: state.update({mass.AXIS: state["mass_axis"]}),
+        on_change=lambda: state.update({mass_network.AXIS: state["mass_axis"]}),
         help="`base`: perpendicular to the lower edge, in its middle. `whole`: where most of the outline is symmetric, "
         f"which does without the base. The network learnt with `{learnt}`.",
     )
@@ -96,7 +95,7 @@ def pictures(recording: Recording, mask: NDArray[np.bool_], weighed: Weighed, *,
     """The mask before and after, against the truth, and as the network sees it; padding is dragged below."""
     amodal = None
     with guarded():
-        amodal = mass.amodal_mask(recording, frame=frame)
+        amodal = mass_network.amodal_mask(recording, frame=frame)
     figure = restoration_figure(
         data.frame_image(recording, view=MASS_VIEW, frame=frame),
         mask,
@@ -114,9 +113,9 @@ def pictures(recording: Recording, mask: NDArray[np.bool_], weighed: Weighed, *,
                 "padding_px",
                 "Padding around the mask's box: nothing is added outside it",
                 0,
-                mass.PADDING_MAX_PX,
+                mass_network.PADDING_MAX_PX,
                 1,
-                mass.padding_px(),
+                mass_network.padding_px(),
                 "px",
             )
         ],
@@ -128,7 +127,7 @@ def pictures(recording: Recording, mask: NDArray[np.bool_], weighed: Weighed, *,
     pin_button("the masks", lambda: Pin(f"Mask of {recording.id}, {MASS_VIEW}, frame {frame}", figure), key="masks")
 
 
-def number_inputs(recording: Recording, fit: Fit, numbers: mass.Numbers, *, with_scale: bool) -> None:
+def number_inputs(recording: Recording, fit: Fit, numbers: mass_network.Numbers, *, with_scale: bool) -> None:
     """The numbers that the masses hang on, to be typed over."""
     st.markdown("**What the masses hang on**")
     for name, (symbol, label) in INPUTS.items():
@@ -153,20 +152,20 @@ def number_inputs(recording: Recording, fit: Fit, numbers: mass.Numbers, *, with
     st.button(
         f"Back to {source}",
         icon=":material/undo:",
-        disabled=numbers == mass.fitted_numbers(recording, fit),
-        on_click=mass.forget_numbers,
+        disabled=numbers == mass_network.fitted_numbers(recording, fit),
+        on_click=mass_network.forget_numbers,
         width="stretch",
     )
 
 
-def sensitivity(recording: Recording, weighed: Weighed, numbers: mass.Numbers) -> None:
+def sensitivity(recording: Recording, weighed: Weighed, numbers: mass_network.Numbers) -> None:
     """The mass as each number changes."""
     if not weighed.curves_g:
         st.caption("What a change of each number does to the mass is drawn here once there is a mass.")
         return
     linked_plot(
         sensitivity_figure(
-            mass.CHANGES,
+            mass_network.CHANGES,
             {INPUTS[name][0]: curve for name, curve in weighed.curves_g.items()},
             values={INPUTS[name][0]: float(numbers[name] or 0) for name in weighed.curves_g},
             true_g=getattr(recording.annotation, "container_mass_g", None),
@@ -197,4 +196,4 @@ def downloads(recording: Recording, weighed: Weighed, *, frame: int) -> None:
 
 
 def _typed(name: str) -> None:
-    mass.choose_numbers(**{name: st.session_state[f"mass_{name}"]})
+    mass_network.choose_numbers(**{name: st.session_state[f"mass_{name}"]})

@@ -1,8 +1,8 @@
 import pytest
 
 from corsmal.parameters import CENTRE_RULES
+from corsmal.ui.frames import KEYS, RULES, stepped
 from corsmal.ui.linked_plot import Click, PlotEvent
-from corsmal.ui.viewer import KEYS, RULES, stepped
 
 
 def pressed(key, count=1):

@@ -12,9 +12,9 @@ from corsmal.figures.hull import Scope
 from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, ShapeMethod, ShapeParameters
 from corsmal.selection import BestFrame, Pair
 from corsmal.ui import data, session
-from corsmal.ui.components import say_later, say_what_waits
-from corsmal.ui.inputs import input_showing, take_over
 from corsmal.ui.linked_plot import PlotEvent, Slider
+from corsmal.ui.selecting import input_showing, take_over
+from corsmal.ui.shape.measures import say_later, say_what_waits
 from corsmal.ui.url import HEIGHT_LIMIT_MM, LIMITS, WHOLE
 
 FIT_RULES = {"any": "at least one view (paper)", "all": "both views (LoDE)"}

@@ -9,7 +9,7 @@ from corsmal.dataset import Recording
 from corsmal.dataset.annotation import FILLINGS, LEVELS
 from corsmal.errors import CorsmalError
 from corsmal.mass import filling_mass_g
-from corsmal.ui.filling import cached as sound
+from corsmal.ui.filling import sound
 
 
 @dataclass(frozen=True)

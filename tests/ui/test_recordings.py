@@ -4,7 +4,7 @@ import pytest
 
 from corsmal.dataset import open_dataset
 from corsmal.detection import Detections
-from corsmal.ui.tables import (
+from corsmal.ui.recordings import (
     UNKNOWN,
     detections_table,
     filter_table,

@@ -14,9 +14,9 @@ from corsmal.figures.timeline import timeline_figure
 from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
 from corsmal.parameters import PAIRS
 from corsmal.ui import data, media, session
-from corsmal.ui.components import plain
-from corsmal.ui.filling import cached as sound
+from corsmal.ui.filling import sound
 from corsmal.ui.linked_plot import PlotEvent, Span, linked_plot
+from corsmal.ui.shape.measures import plain
 from corsmal.weights import find_weights
 
 TIMELINE = "timeline"

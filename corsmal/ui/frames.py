@@ -9,9 +9,9 @@ from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError
 from corsmal.selection import BestFrame
 from corsmal.ui import data
-from corsmal.ui.components import guarded
 from corsmal.ui.linked_plot import PlotEvent
-from corsmal.ui.tables import detections_table
+from corsmal.ui.recordings import detections_table
+from corsmal.ui.shape.measures import guarded
 
 STEPS = {"ArrowLeft": -1, "ArrowRight": 1, "PageUp": -10, "PageDown": 10}
 KEYS = (*STEPS, "Home", "End")
