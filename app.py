@@ -34,4 +34,4 @@ def main() -> None:
 if __name__ == "__main__":
     main()
 else:
-    app = server.start(__file__)
+    app = st.App(__file__, routes=server.start())  # Streamlit looks for this very assignment in the text of the file

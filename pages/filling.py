@@ -1,41 +1,37 @@
-"""What the filling network heard, and what it makes of it: the answer follows the crop."""
+"""The sound, and what the filling network predicts from it: the prediction follows the crop."""
 
 import streamlit as st
 
 from corsmal.ui import session
 from corsmal.ui.filling import sound, timeline
+from corsmal.ui.filling.answer import answer, predicted, weights_note
 from corsmal.ui.filling.downloads import downloads
-from corsmal.ui.frames import longest_view
 from corsmal.ui.linked_plot import plot_event
-from corsmal.ui.shape.measures import guarded
+from corsmal.ui.opened import OpenedRecording, show_panel
 
 st.title("Filling")
-_, recording = session.opened()
-clock = sound.frame_clock(recording)
+opened = OpenedRecording(session.opened()[1])
+clock = sound.frame_clock(opened)
 if clock is not None:
-    session.keep_frame_within(longest_view(recording))
+    session.keep_frame_within(opened.frames)
+weights_note(opened.recording)
 
 
-@st.fragment
-@guarded()
-def listen() -> None:
+def listen(opened: OpenedRecording) -> None:
     event = plot_event(timeline.TIMELINE)
-    picture = sound.picture(recording, channel=session.choice().channel)
+    picture = sound.picture(opened, session.choice().channel)
     crop_s = timeline.followed_crop(event, picture)
     cursor = timeline.followed_frame(event, clock)
-    if event.settled:
-        session.write_address()
     left, right = st.columns([2, 5], gap="medium")
     with left:
-        prediction = timeline.predicted(recording, crop_s)
+        prediction = predicted(opened, crop_s)
         if prediction is not None:
-            timeline.answer(recording, prediction, crop_s=crop_s)
-        timeline.frame_picture(recording, cursor)
+            answer(opened, prediction, crop_s=crop_s)
+        timeline.frame_picture(opened, cursor)
     with right:
-        timeline.controls(recording, crop_s=crop_s, settled=event.settled)
-        timeline.timeline(picture, recording=recording, prediction=prediction, crop_s=crop_s, cursor=cursor)
-    downloads(recording, crop_s=crop_s, has_answer=prediction is not None)
+        timeline.controls(opened, crop_s=crop_s, settled=event.settled)
+        timeline.timeline(picture, opened=opened, prediction=prediction, crop_s=crop_s, cursor=cursor)
+    downloads(opened, crop_s=crop_s, has_answer=prediction is not None)
 
 
-timeline.weights_note(recording)
-listen()
+show_panel(listen, opened)

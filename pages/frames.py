@@ -2,45 +2,31 @@
 
 import streamlit as st
 
-from corsmal.figures import score_figure
-from corsmal.ui import frames as viewer
 from corsmal.ui import session
 from corsmal.ui.detecting import open_detected
-from corsmal.ui.linked_plot import linked_plot, plot_event
-from corsmal.ui.pins import pin_frames
-from corsmal.ui.shape import parameters
-from corsmal.ui.shape.measures import guarded
+from corsmal.ui.frames import picture_pins, score_line, score_plot, stepped, view_pictures
+from corsmal.ui.linked_plot import plot_event
+from corsmal.ui.opened import OpenedRecording, show_panel
+from corsmal.ui.pins import pin_button
+from corsmal.ui.selecting import frame_control, pair_control
 
 st.title("Frames")
-recording, frames = open_detected()
-pair, best = parameters.pair_control(recording)
+opened = open_detected()
+best = pair_control(opened)
 
 
-@st.fragment
-@guarded()
-def browse() -> None:
-    event = plot_event("scores")
-    current = session.choice().frame
-    frame = viewer.stepped(best.frame or 0 if current is None else current, event, frames=frames)
-    if event.click is not None or event.key is not None:
-        session.choose(frame=frame, settled=event.settled)
+def browse(opened: OpenedRecording) -> None:
+    event, current = plot_event("scores"), session.choice().frame
+    frame = stepped(best.frame or 0 if current is None else current, event, frames=opened.frames)
+    moved = event.click is not None or event.key is not None
+    session.choose(settled=event.settled, **({"frame": frame} if moved else {}))
     if best.scores:
-        viewer.score_line(best, frame, frames=frames)
-        linked_plot(
-            score_figure(best, frame=frame),
-            key="scores",
-            label=f"Scores of the frames of recording {recording.id}",
-            keys=viewer.KEYS,
-            height_px=320,
-            revision=recording.id,
-        )
-        st.caption("Click a frame, or step with ← → (one), Page Up and Page Down (ten), Home and End.")
+        score_line(best, frame, frames=opened.frames)
+        score_plot(opened, best, frame)
     else:
-        frame = parameters.frame_control(best, frames=frames)
-    if event.settled:
-        session.write_address()
-    viewer.view_pictures(recording, frame=frame, best=best)
-    pin_frames(recording, pair=pair, frame=frame, centre_rule=best.centre_rule)
+        frame = frame_control(best, frames=opened.frames)
+    view_pictures(opened, best, frame)
+    pin_button("the pictures", lambda: picture_pins(opened, best, frame), key="frames")
 
 
-browse()
+show_panel(browse, opened)

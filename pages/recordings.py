@@ -2,22 +2,15 @@
 
 import streamlit as st
 
+from corsmal.dataset.audio import CHANNELS
 from corsmal.ui import data, media, session
 from corsmal.ui.filling import sound
-from corsmal.ui.recordings import LACKS, filter_table, recordings_table
+from corsmal.ui.messages import guarded
+from corsmal.ui.opened import OpenedRecording
+from corsmal.ui.recordings import COLUMNS, LACKS, filter_table, recordings_table
 from corsmal.ui.routes import thumbnail_urls
-from corsmal.ui.shape.measures import guarded
 
-TITLES = {"view1": "left of the robot", "view2": "right of the robot", "view3": "frontal", "view4": "worn"}
-COLUMNS = {
-    "picture": st.column_config.ImageColumn("", width="small"),
-    "capacity_ml": st.column_config.NumberColumn("capacity (mL)", format="%.0f"),
-    "width_top_mm": st.column_config.NumberColumn("top (mm)", format="%.0f"),
-    "width_bottom_mm": st.column_config.NumberColumn("bottom (mm)", format="%.0f"),
-    "height_mm": st.column_config.NumberColumn("height (mm)", format="%.0f"),
-    "container_mass_g": st.column_config.NumberColumn("mass (g)", format="%.0f"),
-    "missing": st.column_config.TextColumn("missing", width="medium"),
-}
+TITLES = {"view1": "left of the robot", "view3": "frontal", "view2": "right of the robot", "view4": "worn"}
 
 st.title("Recordings")
 dataset, recording = session.opened()
@@ -47,13 +40,14 @@ if event.selection.rows and rows.index[event.selection.rows[0]] != recording.id:
 st.subheader(f"Recording {recording.id}")
 if recording.missing:
     st.warning(f"Missing: {', '.join(recording.missing)}.", icon=":material/inventory_2:")
-names = [name for name in ("view1", "view3", "view2", "view4") if name in recording.views]
+names = [name for name in TITLES if name in recording.views]
 for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
     with column, guarded():
         st.markdown(f"**{name}** · {TITLES[name]}")
-        st.video(data.playable_video(recording, view=name), loop=True, muted=True)
+        st.video(media.playable_video(recording.views[name], store=data.store()), loop=True, muted=True)
 if recording.audio_path is not None:
     with guarded():
         left, right = st.columns([1, 3], vertical_alignment="bottom")
-        channel = left.selectbox("Microphone", [None, *range(8)], format_func=media.channel_name, key="channel")
-        right.audio(sound.wav(recording, channel=channel, crop_s=None))
+        channels = [None, *range(CHANNELS)]
+        channel = left.selectbox("Microphone", channels, format_func=media.channel_name, key="channel")
+        right.audio(sound.wav(OpenedRecording(recording), channel, None))

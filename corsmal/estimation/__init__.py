@@ -1,8 +1,8 @@
 """One recording to one estimate: detections, best frame, hull, container mass, filling."""
 
 from corsmal.estimation.detected import container_mask, file_detections, read_view_detections
-from corsmal.estimation.estimate import estimate, mass_inputs
-from corsmal.estimation.fit import Fit, fit_frame
+from corsmal.estimation.estimate import estimate, mass_inputs, mass_inputs_from
+from corsmal.estimation.fit import Fit, MaskSource, RecordingMasks, fit_frame, fit_masks
 from corsmal.estimation.means import TrainingMeans
 from corsmal.estimation.records import Estimate, Status
 from corsmal.estimation.several import Combined, Interval, choose_frames, combine_fits
@@ -12,6 +12,8 @@ __all__ = [
     "Estimate",
     "Fit",
     "Interval",
+    "MaskSource",
+    "RecordingMasks",
     "Status",
     "TrainingMeans",
     "choose_frames",
@@ -20,6 +22,8 @@ __all__ = [
     "estimate",
     "file_detections",
     "fit_frame",
+    "fit_masks",
     "mass_inputs",
+    "mass_inputs_from",
     "read_view_detections",
 ]

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, FileError, NotFoundError
-from corsmal.estimation.detected import container_mask, file_detections
-from corsmal.estimation.fit import fit_frame
+from corsmal.estimation.detected import file_detections
+from corsmal.estimation.fit import MaskSource, RecordingMasks, fit_frame
 from corsmal.estimation.records import Estimate
 from corsmal.estimation.several import choose_frames, combine_fits
 from corsmal.filling.records import FillingPrediction
@@ -119,18 +119,20 @@ def mass_inputs(
     Returns:
         Arguments of ``MassPredictor.predict``; None where nothing was fitted.
     """
+    return mass_inputs_from(found, RecordingMasks(recording, detections, selection or SelectionParameters()))
+
+
+def mass_inputs_from(found: Estimate, masks: MaskSource) -> dict[str, Any] | None:
+    """As ``mass_inputs``, for cameras and masks that the caller may hold already."""
     if found.fit is None or found.fit.frame is None or found.best_frame is None:
         return None
-    frame = detections[FRONTAL_VIEW][found.fit.frame]
     centroid_m = found.fit.hull.centroid_m
     try:
-        scale = None if centroid_m is None else mm_per_pixel(recording.views[FRONTAL_VIEW].camera(), centroid_m)
-    except (ArgumentError, FileError):
+        scale = None if centroid_m is None else mm_per_pixel(masks.camera(FRONTAL_VIEW), centroid_m)
+    except (ArgumentError, FileError, NotFoundError):
         scale = None
     return {
-        "mask": container_mask(
-            frame, centre_rule=found.best_frame.centre_rule, parameters=selection or SelectionParameters()
-        ),
+        "mask": masks.mask(FRONTAL_VIEW, found.fit.frame, found.best_frame.centre_rule),
         **{name: getattr(found, name) for name in DIMENSIONS},
         "mm_per_px": scale,
     }

@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
-from corsmal.detection import Detections
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.estimation.detected import container_mask
 from corsmal.geometry import Camera
@@ -17,7 +16,57 @@ from corsmal.parameters import METHOD_VIEWS, CentreRule, SelectionParameters, Sh
 from corsmal.selection import FrameDetections, Pair
 from corsmal.shape import Dimensions, Hull, fit_hull, measure_hull
 
-T = TypeVar("T")
+
+class MaskSource(Protocol):
+    """Where a fit finds the cameras and the masks of a recording."""
+
+    def camera(self, view: str) -> Camera:
+        """A view's camera.
+
+        Raises:
+            NotFoundError: the recording has no such view.
+            FileError: its calibration cannot be read.
+        """
+
+    def mask(self, view: str, frame: int, centre_rule: CentreRule) -> NDArray[np.bool_]:
+        """The container's (H, W) mask in one frame of a view.
+
+        Raises:
+            NotFoundError: the frame was not inspected, or shows no container.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingMasks:
+    """A recording's files and detections, read and decoded at each call.
+
+    Args:
+        recording: gives the cameras.
+        detections: unfiltered, by view and frame.
+        selection: parameters of the filter.
+    """
+
+    recording: Recording
+    detections: Mapping[str, FrameDetections]
+    selection: SelectionParameters
+
+    def camera(self, view: str) -> Camera:
+        """See ``MaskSource``."""
+        if view not in self.recording.views:
+            raise NotFoundError(f"{view} has no video")
+        return self.recording.views[view].camera()
+
+    def mask(self, view: str, frame: int, centre_rule: CentreRule) -> NDArray[np.bool_]:
+        """See ``MaskSource``."""
+        if view not in self.detections:
+            raise NotFoundError(f"{view} has no detections")
+        if frame not in self.detections[view]:
+            raise NotFoundError(f"frame {frame} of {view} was not inspected")
+        found = self.detections[view][frame]
+        mask = container_mask(found, centre_rule=centre_rule, parameters=self.selection)
+        if not mask.any():
+            raise NotFoundError(f"{view} has no container in frame {frame}")
+        return mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,17 +116,22 @@ def fit_frame(
     Returns:
         The fit; a missing camera, view or container is a failed one with the reason.
     """
-    shape, selection = shape or ShapeParameters.paper(), selection or SelectionParameters()
+    source = RecordingMasks(recording, views, selection or SelectionParameters())
+    return fit_masks(source, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape or ShapeParameters.paper())
+
+
+def fit_masks(source: MaskSource, *, pair: Pair, frame: int, centre_rule: CentreRule, shape: ShapeParameters) -> Fit:
+    """As ``fit_frame``, for cameras and masks that the caller may hold already."""
     seen = {}
-    for name in pair:
-        try:
-            seen[name] = _seen(recording, views, name, frame, centre_rule=centre_rule, selection=selection)
-        except (FileError, NotFoundError) as error:
-            return _failed_fit(pair, frame, str(error))
-    if shape.all_views:
-        for name in [name for name in METHOD_VIEWS if name not in pair]:
+    try:
+        for name in pair:
+            seen[name] = source.camera(name), source.mask(name, frame, centre_rule)
+    except (FileError, NotFoundError) as error:
+        return _failed_fit(pair, frame, str(error))
+    for name in METHOD_VIEWS if shape.all_views else ():
+        if name not in pair:
             with suppress(FileError, NotFoundError):
-                seen[name] = _seen(recording, views, name, frame, centre_rule=centre_rule, selection=selection)
+                seen[name] = source.camera(name), source.mask(name, frame, centre_rule)
     cameras, masks = zip(*seen.values(), strict=True)
     try:
         hull = fit_hull(cameras, masks, shape)
@@ -88,40 +142,5 @@ def fit_frame(
     return Fit(pair, frame, hull, measure_hull(hull, shape))
 
 
-def _seen(
-    recording: Recording,
-    views: Mapping[str, FrameDetections],
-    name: str,
-    frame: int,
-    *,
-    centre_rule: CentreRule,
-    selection: SelectionParameters,
-) -> tuple[Camera, NDArray[np.bool_]]:
-    """The camera of a view and the container's mask in one of its frames.
-
-    Raises:
-        FileError: the calibration cannot be read.
-        NotFoundError: there is no such view or frame, or no container in it.
-    """
-    camera = _view_item(recording.views, name, "video").camera()
-    detections = _frame_item(_view_item(views, name, "detections"), frame, name)
-    mask = container_mask(detections, centre_rule=centre_rule, parameters=selection)
-    if not mask.any():
-        raise NotFoundError(f"{name} has no container in frame {frame}")
-    return camera, mask
-
-
 def _failed_fit(pair: Pair, frame: int | None, reason: str) -> Fit:
     return Fit(pair, frame, Hull.failed(reason), Dimensions(reason=reason))
-
-
-def _view_item(views: Mapping[str, T], name: str, what: str) -> T:
-    if name not in views:
-        raise NotFoundError(f"{name} has no {what}")
-    return views[name]
-
-
-def _frame_item(frames: FrameDetections, frame: int, name: str) -> Detections:
-    if frame not in frames:
-        raise NotFoundError(f"frame {frame} of {name} was not inspected")
-    return frames[frame]

@@ -2,8 +2,7 @@
 
 from typing import Literal
 
-import plotly.graph_objects as go
-
+from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.style import LEVEL_COLOURS, TRUTH, TYPE_COLOURS, Part, plain_layout
 from corsmal.filling import FillingPrediction
 
@@ -16,9 +15,10 @@ RANGE_PCT, NUMBERS_PCT = [0, 180], 104
 ROW_PX = 24
 
 
+@Drawing
 def answer_figure(
     prediction: FillingPrediction, *, head: Head, whole: FillingPrediction | None = None, true: str | None = None
-) -> go.Figure:
+) -> Drawn:
     """A bar per class with its probability, and its logit in brackets.
 
     Args:
@@ -51,7 +51,7 @@ def answer_figure(
             "fixedrange": True,
         },
     )
-    return go.Figure(traces, layout)
+    return traces, layout
 
 
 def _bars(prediction: FillingPrediction, head: Head) -> Part:

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
-import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.style import BESIDE, BEST, DROPPED, HULL, RING, VIEW_COLOURS, Part, axis, plain_layout
 from corsmal.geometry import Camera
 from corsmal.shape import Dimensions, Hull, circumference_points, hull_mesh
@@ -20,6 +20,7 @@ FRUSTUM_DEPTH_MM = 150.0
 Scope = Literal["container", "cameras"]
 
 
+@Drawing
 def hull_figure(
     hull: Hull,
     dimensions: Dimensions,
@@ -27,12 +28,12 @@ def hull_figure(
     cameras: Mapping[str, Camera],
     scope: Scope = "container",
     beside: tuple[str, Hull] | None = None,
-) -> go.Figure:
+) -> Drawn:
     """The hull as a surface with its circumferences, each camera as a frustum with its ray to the centroid.
 
     Args:
-        hull: the fitted hull; a failed one leaves the cameras alone.
-        dimensions: marks the circumferences that smoothing dropped and the two ends.
+        hull: the fitted hull; only the cameras are drawn for a failed one.
+        dimensions: marks the circumferences that smoothing rejected and the two ends.
         cameras: by view.
         scope: ``container`` frames the hull, ``cameras`` the whole set-up. Both are to scale.
         beside: name and hull of another fit, drawn over it.
@@ -51,7 +52,7 @@ def hull_figure(
     }
     if scope == "container" and hull.centroid_m is not None and hull.converged.any():
         _frame_container(scene, hull, axis_mm=hull.centroid_m[:2] * 1000)
-    return go.Figure(traces, plain_layout(margin={"l": 0, "r": 0, "t": 30, "b": 0}, scene=scene))
+    return traces, plain_layout(margin={"l": 0, "r": 0, "t": 30, "b": 0}, scene=scene)
 
 
 def _surface(hull: Hull) -> Part:
@@ -59,7 +60,7 @@ def _surface(hull: Hull) -> Part:
     return {
         "type": "mesh3d",
         **dict(zip("xyz", vertices.T.astype(np.float32), strict=True)),
-        **dict(zip("ijk", faces.T.astype(np.int32), strict=True)),
+        **dict(zip("ijk", faces.T.astype(np.min_scalar_type(len(vertices))), strict=True)),
         "color": HULL,
         "opacity": 0.55,
         "lighting": {"ambient": 0.6, "diffuse": 0.7, "specular": 0.2, "roughness": 0.6},
@@ -75,7 +76,7 @@ def _circumferences(hull: Hull, dimensions: Dimensions) -> list[Part]:
     ends[[index for index in (dimensions.bottom, dimensions.top) if index is not None]] = True
     groups = (
         ("circumferences", hull.converged & kept & ~ends, RING, 1),
-        ("smoothed away", hull.converged & ~kept, DROPPED, 2),
+        ("rejected by d_max", hull.converged & ~kept, DROPPED, 2),
         ("lower and upper end", hull.converged & ends, BEST, 6),
     )
     rings = _closed_rings(hull)

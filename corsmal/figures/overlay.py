@@ -1,5 +1,7 @@
 """A frame with its detections drawn on it."""
 
+import base64
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +61,11 @@ def jpeg(image: Image, *, quality: int = 85, width: int | None = None) -> bytes:
         image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
     bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
     return bytes(cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])[1])
+
+
+def jpeg_uri(image: Image) -> str:
+    """An (H, W, 3) RGB image as a JPEG in a ``data:`` address."""
+    return "data:image/jpeg;base64," + base64.b64encode(jpeg(image, quality=92)).decode("ascii")
 
 
 def class_name(label: int) -> str:

@@ -1,19 +1,20 @@
-"""The radii profile: what was fitted, what was smoothed away, and where the ends are."""
+"""The radii profile: what was fitted, what smoothing rejected, and where the ends are."""
 
 import numpy as np
-import plotly.graph_objects as go
 
+from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.style import BESIDE, BEST, DROPPED, HULL, TRUTH, Part, axis, plain_layout
 from corsmal.shape import Dimensions, Hull
 
 
+@Drawing
 def profile_figure(
     hull: Hull,
     dimensions: Dimensions,
     *,
     truth_mm: tuple[float, float, float] | None = None,
     beside: tuple[str, Hull] | None = None,
-) -> go.Figure:
+) -> Drawn:
     """Radius against height, as one would see the container from the side.
 
     Args:
@@ -44,7 +45,7 @@ def profile_figure(
         xaxis=axis("radius (mm)", range=[0, 1.1 * widest_mm], constraintoward="left"),
         yaxis=axis("height z above the table (mm)", scaleanchor="x"),
     )
-    return go.Figure(traces, layout)
+    return traces, layout
 
 
 def _radii(hull: Hull, dimensions: Dimensions) -> list[Part]:
@@ -52,8 +53,8 @@ def _radii(hull: Hull, dimensions: Dimensions) -> list[Part]:
     kept[dimensions.kept] = True
     groups = (
         ("kept", hull.converged & kept, {"color": HULL, "size": 6}, "lines+markers"),
-        ("smoothed away", hull.converged & ~kept, {"color": DROPPED, "size": 8, "symbol": "x"}, "markers"),
-        ("fits no view", ~hull.converged, {"color": TRUTH, "size": 4, "symbol": "circle-open"}, "markers"),
+        ("rejected by d_max", hull.converged & ~kept, {"color": DROPPED, "size": 8, "symbol": "x"}, "markers"),
+        ("unfitted", ~hull.converged, {"color": TRUTH, "size": 4, "symbol": "circle-open"}, "markers"),
     )
     return [
         {

@@ -1,13 +1,11 @@
 """The fitted circumferences over the picture and mask that they were fitted to."""
 
-import base64
-
 import cv2
 import numpy as np
-import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from corsmal.figures.overlay import Image, jpeg, paint_mask
+from corsmal.figures.drawing import Drawing, Drawn
+from corsmal.figures.overlay import Image, jpeg_uri, paint_mask
 from corsmal.figures.style import CONTAINER, INSIDE, OUTSIDE, axis, plain_layout, rgb
 from corsmal.geometry import Camera
 from corsmal.shape import Hull, circumference_points, on_mask
@@ -16,8 +14,9 @@ MARGIN_PX = 40
 TINT = 0.3
 
 
-def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, hull: Hull, *, points: int) -> go.Figure:
-    """The converged circumferences' points in one view: those on the mask and those off it told apart.
+@Drawing
+def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, hull: Hull, *, points: int) -> Drawn:
+    """The converged circumferences' points in one view: those on and those off the mask.
 
     Args:
         image: (H, W, 3) uint8 RGB.
@@ -51,7 +50,7 @@ def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, h
     crop = image[top:bottom, left:right].copy()
     paint_mask(crop, mask[top:bottom, left:right], rgb_colour=rgb(CONTAINER), opacity=TINT)
     picture = {
-        "source": _data_uri(crop),
+        "source": jpeg_uri(crop),
         "x": left - 0.5,
         "y": top - 0.5,
         "sizex": right - left,
@@ -67,7 +66,7 @@ def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, h
         xaxis=axis("x (pixels)", range=[left - 0.5, right - 0.5], **plain),
         yaxis=axis("y (pixels)", range=[bottom - 0.5, top - 0.5], scaleanchor="x", **plain),
     )
-    return go.Figure(traces, layout)
+    return traces, layout
 
 
 def _crop(mask: NDArray[np.bool_], shape: tuple[int, ...]) -> tuple[int, int, int, int]:
@@ -81,7 +80,3 @@ def _crop(mask: NDArray[np.bool_], shape: tuple[int, ...]) -> tuple[int, int, in
         min(shape[1], x + width + MARGIN_PX),
         min(shape[0], y + height + MARGIN_PX),
     )
-
-
-def _data_uri(image: Image) -> str:
-    return "data:image/jpeg;base64," + base64.b64encode(jpeg(image, quality=92)).decode()

@@ -1,14 +1,13 @@
 """A mask before and after restoration, against the truth, and as the mass network sees it."""
 
-import base64
 from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from corsmal.figures.overlay import Image, jpeg, paint_mask
+from corsmal.figures.drawing import Drawing, Drawn
+from corsmal.figures.overlay import Image, jpeg_uri, paint_mask
 from corsmal.figures.style import ADDED, AXIS, CONTAINER, OUTSIDE, TRUTH, Part, plain_layout, rgb
 from corsmal.mass import Axis, RestoredMask
 from corsmal.mass.judging import mask_iou
@@ -47,6 +46,7 @@ class Panel:
     picture: Image | None = None
 
 
+@Drawing
 def restoration_figure(
     image: Image,
     mask: Mask,
@@ -55,7 +55,7 @@ def restoration_figure(
     network_input: NDArray[np.float32],
     resize: str,
     amodal: Mask | None = None,
-) -> go.Figure:
+) -> Drawn:
     """What was seen, what restoring made of it, how far that is from the truth, and what the network is given.
 
     Args:
@@ -150,12 +150,10 @@ def _input_panel(network_input: NDArray[np.float32], resize: str) -> Panel:
         "showscale": False,
         "hovertemplate": "covered: %{z} %<extra></extra>",
     }
-    return Panel(
-        "The network's input", f"{width} × {height} px, {NOTES.get(resize, resize)}", (0, 0, width, height), [trace]
-    )
+    return Panel("Network input", f"{width} × {height} px, {NOTES.get(resize, resize)}", (0, 0, width, height), [trace])
 
 
-def _side_by_side(panels: list[Panel]) -> go.Figure:
+def _side_by_side(panels: list[Panel]) -> Drawn:
     """All panels in one figure, each to scale; a legend that names every kind of pixel once."""
     layout = plain_layout(
         margin={"l": 0, "r": 0, "t": 50, "b": 34},
@@ -190,7 +188,7 @@ def _side_by_side(panels: list[Panel]) -> go.Figure:
             shown = {"showlegend": bool(name) and name not in named, "legendgroup": name}
             traces.append(trace | shown | {"xaxis": f"x{number}", "yaxis": f"y{number}"})
             named.add(name)
-    return go.Figure(traces, layout)
+    return traces, layout
 
 
 def _title(panel: Panel, middle: float) -> Part:
@@ -201,5 +199,4 @@ def _title(panel: Panel, middle: float) -> Part:
 def _picture(picture: Image, box: Box, number: str) -> Part:
     x0, y0, x1, y1 = box
     place = {"x": x0 - 0.5, "y": y0 - 0.5, "sizex": x1 - x0, "sizey": y1 - y0, "sizing": "stretch", "layer": "below"}
-    source = "data:image/jpeg;base64," + base64.b64encode(jpeg(picture, quality=92)).decode()
-    return {"source": source, "xref": f"x{number}", "yref": f"y{number}", **place}
+    return {"source": jpeg_uri(picture), "xref": f"x{number}", "yref": f"y{number}", **place}

@@ -4,16 +4,18 @@ import pandas as pd
 import plotly.express as px
 import plotly.graph_objects as go
 
+from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.style import BEST, PENALTY, TOTAL, TRUTH, VIEW_COLOURS, Part, axis, plain_layout
 from corsmal.selection import BestFrame, FrameScore
 
 
-def score_figure(best: BestFrame, *, frame: int | None = None) -> go.Figure:
+@Drawing
+def score_figure(best: BestFrame, *, frame: int | None = None) -> Drawn:
     """Scores by frame: the pair's score, the mask pixels of each view and the penalties that are taken off.
 
     Args:
         best: the selection of one pair.
-        frame: the frame that is being looked at, marked by a line.
+        frame: the chosen frame, marked by a line.
 
     Returns:
         A figure whose points' ``x`` is the frame index; frames without a container in both views leave a gap.
@@ -57,7 +59,7 @@ def score_figure(best: BestFrame, *, frame: int | None = None) -> go.Figure:
     )
     if frame is not None:
         layout["shapes"] = [_cursor(frame)]
-    return go.Figure(traces, layout)
+    return traces, layout
 
 
 def score_error_figure(table: pd.DataFrame) -> go.Figure:

@@ -1,19 +1,20 @@
-"""What a predicted mass hangs on."""
+"""What a predicted mass depends on."""
 
 from collections.abc import Mapping
 
 import numpy as np
-import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.style import CONTAINER, INPUT_COLOURS, TRUTH, Part, axis, plain_layout
 
 Floats = NDArray[np.float64]
 
 
+@Drawing
 def sensitivity_figure(
     changes: Floats, masses_g: Mapping[str, Floats], *, values: Mapping[str, float], true_g: float | None = None
-) -> go.Figure:
+) -> Drawn:
     """The mass as one of the network's numbers changes and the others stay.
 
     Args:
@@ -31,14 +32,14 @@ def sensitivity_figure(
         for (name, masses), colour in zip(masses_g.items(), INPUT_COLOURS, strict=False)
     ]
     layout = plain_layout(
-        xaxis=axis("change of one number, the others as they are (%)", range=[percent.min(), percent.max()]),
+        xaxis=axis("change of one input, the others fixed (%)", range=[percent.min(), percent.max()]),
         yaxis=axis("container mass (g)", rangemode="tozero"),
     )
     if masses_g:
         traces.append(_now(next(iter(masses_g.values()))[np.abs(percent).argmin()]))
     if true_g is not None:
         traces.append(_truth(percent, true_g))
-    return go.Figure(traces, layout)
+    return traces, layout
 
 
 def _line(percent: Floats, name: str, masses_g: Floats, value: float, colour: str) -> Part:

@@ -1,6 +1,5 @@
 """A recording's sound as it is drawn: the waveform's envelope and the log-mel rows as a small picture."""
 
-import base64
 from dataclasses import dataclass
 
 import cv2
@@ -8,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
-from corsmal.figures.overlay import jpeg
+from corsmal.figures.overlay import jpeg_uri
 
 Floats = NDArray[np.float32]
 
@@ -16,7 +15,6 @@ ENVELOPE_POINTS = 900
 """More than the plot has pixels would change nothing but the time to send them."""
 
 PICTURE_WIDTH = 1200
-PICTURE_QUALITY = 92
 LOG_MEL_DB = (-40.0, 15.0)
 """Power of a band at the two ends of the colours, the same for all recordings."""
 
@@ -94,4 +92,4 @@ def _picture(rows: Floats) -> str:
         coloured = np.asarray(
             cv2.resize(coloured, (PICTURE_WIDTH, len(coloured)), interpolation=cv2.INTER_AREA), np.uint8
         )
-    return "data:image/jpeg;base64," + base64.b64encode(jpeg(coloured, quality=PICTURE_QUALITY)).decode("ascii")
+    return jpeg_uri(coloured)

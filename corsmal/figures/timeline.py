@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-import plotly.graph_objects as go
 
 from corsmal.figures.answer import HEAD_COLOURS
+from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.sound import SoundPicture, band_of
 from corsmal.figures.style import ATTENTION, SOUND, TRUTH, Part, axis, plain_layout
 from corsmal.figures.windows import length_s, times_s, window_areas, window_labels
@@ -23,21 +23,23 @@ BAR_PX = 8
 MARGIN_PX = {"l": 60, "r": 14, "t": 18, "b": 40}
 TICKS_HZ = {200: "0.2", 1000: "1", 3000: "3", 10000: "10"}
 AMPLITUDE_MIN = 0.01
-"""The waveform's axis reaches at least this far: noise alone must not look like a sound."""
+"""The waveform's axis reaches at least this far: mere noise must not look like a sound."""
 
-YAXIS = {"fixedrange": True, "title_font_size": 11, "title_standoff": 4, "tickfont_size": 11, "ticklabelstandoff": 6}
-TRAINING_CROPS = ((0.0, 0.4, "crops begin here in training"), (0.6, 1.0, "and end here"))
+TITLE = {"font": {"size": 11}, "standoff": 4}
+TICKS = {"fixedrange": True, "tickfont": {"size": 11}, "ticklabelstandoff": 6}
+TRAINING_CROPS = ((0.0, 0.4, "training crops begin here"), (0.6, 1.0, "training crops end here"))
 """Of the recording's length (paper 2)."""
 
 CAPTIONS = {
     "waveform": "<b>Waveform</b>, {channel}",
-    "log-mel": "<b>Log-mel</b> of it, from quiet (dark) to loud",
-    "attention": "<b>Attention</b> of the cls embedding within the crop, times its mean",
-    "type": "<b>Type</b>, had it heard only the {window_s:.1f} s around a moment",
-    "level": "<b>Level</b>, likewise",
+    "log-mel": "<b>Log-mel</b> spectrogram, the louder the brighter",
+    "attention": "<b>CLS attention</b> within the crop (1 = uniform)",
+    "type": "<b>Type</b> from a sliding {window_s:g} s window",
+    "level": "<b>Level</b> from the same window",
 }
 
 
+@Drawing
 def timeline_figure(
     picture: SoundPicture,
     *,
@@ -45,14 +47,14 @@ def timeline_figure(
     prediction: FillingPrediction | None = None,
     windows: Sequence[FillingPrediction] = (),
     cursor: tuple[float, str] | None = None,
-) -> go.Figure:
+) -> Drawn:
     """Waveform, log-mel, attention and the probabilities of a sliding window, one below the other.
 
     Args:
         picture: the channel that is drawn.
         channel: its name.
         prediction: gives the attention; without it its panel is left out.
-        windows: what the network says of windows that slide across the recording; likewise.
+        windows: predictions for windows that slide across the recording; likewise.
         cursor: a moment, s, that a line marks, and its name.
 
     Returns:
@@ -71,7 +73,7 @@ def timeline_figure(
     for head in HEAD_COLOURS if windows else ():
         traces += window_areas(windows, head=head, yaxis=ids[head])
         labels += window_labels(windows, head=head, yaxis=ids[head], width_s=picture.duration_s)
-    window_s = length_s(windows[0]) if windows else 0.0
+    window_s = round(length_s(windows[0]), 1) if windows else 0.0
     captions = {name: CAPTIONS[name].format(channel=channel, window_s=window_s) for name in names}
     limits_s = [picture.span_s[0], max(picture.span_s[1], picture.duration_s)]
     layout = plain_layout(
@@ -92,8 +94,9 @@ def timeline_figure(
         ],
     )
     for name in names:
-        layout[f"yaxis{ids[name][1:]}"] = _axis(name, picture) | {"domain": domains[name]} | YAXIS
-    return go.Figure(traces, layout)
+        yaxis = _axis(name, picture) | {"domain": domains[name]} | TICKS
+        layout[f"yaxis{ids[name][1:]}"] = yaxis | {"title": yaxis["title"] | TITLE}
+    return traces, layout
 
 
 def _domains(names: Sequence[str]) -> tuple[int, dict[str, list[float]]]:
@@ -117,7 +120,7 @@ def _axis(name: str, picture: SoundPicture) -> Part:
         limits = [-0.5, picture.bands - 0.5]
         return axis("kHz", range=limits, tickvals=places, ticktext=list(shown.values()), showgrid=False, zeroline=False)
     if name == "attention":
-        return axis("× mean", rangemode="tozero", nticks=3)
+        return axis("relative", rangemode="tozero", nticks=3)
     return axis("%", range=[0, 100], tickvals=[0, 50, 100], showgrid=False)
 
 
@@ -159,7 +162,7 @@ def _attention(prediction: FillingPrediction, *, yaxis: str) -> Part:
         "line": {"color": ATTENTION, "width": 1.5, "shape": "hvh"},
         "fill": "tozeroy",
         "name": "",
-        "hovertemplate": "attention × %{y:.2f}",
+        "hovertemplate": "attention %{y:.2f}",
     }
 
 

@@ -107,8 +107,8 @@ def _border_notes(box: Box, shape: tuple[int, ...]) -> tuple[str, ...]:
 def _outline_notes(lines: Outline) -> tuple[str, ...]:
     notes = []
     if lines.parts > 1:
-        notes.append(f"the mask has {lines.parts} separate parts: all are taken for the container")
+        notes.append(f"the mask has {lines.parts} separate parts; all are used as the container")
     if lines.holes:
         number = "a hole" if lines.holes == 1 else f"{lines.holes} holes"
-        notes.append(f"the mask has {number}: what faces the mask is filled, nothing else")
+        notes.append(f"the mask has {number}; only pixels mirrored from the mask are filled")
     return tuple(notes)

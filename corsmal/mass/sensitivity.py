@@ -1,6 +1,8 @@
-"""What a predicted mass hangs on: the network's answers as each of its numbers changes."""
+"""What a predicted mass depends on: the network's predictions as each of its numbers changes."""
 
+from collections.abc import Mapping
 from copy import deepcopy
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -8,9 +10,47 @@ from numpy.typing import ArrayLike, NDArray
 from torch import nn
 
 from corsmal.errors import ArgumentError
-from corsmal.mass.network import MassModel
+from corsmal.mass.axis import AxisRule
+from corsmal.mass.inputs import mass_input
+from corsmal.mass.network import MassConfig, MassModel
+from corsmal.mass.records import MassPrediction
+from corsmal.quantities import DIMENSIONS
 
 Floats = NDArray[np.float64]
+
+NUMBERS = (*DIMENSIONS, "mm_per_px")
+"""What is predicted from beside the mask; the last one by some networks only."""
+
+
+def predict_with_changes(
+    model: MassModel | None,
+    mask: NDArray[np.bool_],
+    numbers: Mapping[str, float | None],
+    *,
+    changes: ArrayLike,
+    axis: AxisRule,
+    padding_px: int,
+) -> tuple[MassPrediction, dict[str, Floats]]:
+    """The mass of the container that a mask shows, and how it depends on the numbers beside the mask.
+
+    Args:
+        model: the network, on the CPU; without it the mask is restored all the same.
+        mask: (H, W) bool, the container's visible pixels in the robot's view.
+        numbers: ``NUMBERS`` by name, None where one is not known.
+        changes: (n,) relative changes above -1, 0 among them: 0.1 for 10 % more.
+        axis: the rule for the axis of symmetry.
+        padding_px: around the mask's box.
+
+    Returns:
+        The prediction, and for each number that the network takes the masses (n,) as it changes; empty without a mass.
+    """
+    config = replace(MassConfig.paper() if model is None else model.config, axis=axis)
+    given = mass_input(mask, config=config, **{name: numbers[name] for name in NUMBERS}, padding_px=padding_px)
+    if model is None or given.image is None or given.reason:
+        return MassPrediction(None, given.reason or "there are no weights", given.restored, given.image), {}
+    curves = mass_sensitivity(model, given.image, given.numbers, changes=changes)
+    mass_g = float(curves[0, np.abs(np.asarray(changes)).argmin()])
+    return MassPrediction(mass_g, "", given.restored, given.image), dict(zip(NUMBERS, curves, strict=False))
 
 
 @torch.inference_mode()

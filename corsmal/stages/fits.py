@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from corsmal.dataset import Recording
-from corsmal.estimation import Fit, fit_frame
+from corsmal.estimation import Fit, MaskSource, RecordingMasks, fit_masks
 from corsmal.parameters import METHOD_VIEWS, CentreRule, SelectionParameters, ShapeParameters
 from corsmal.selection import Pair
 from corsmal.shape import Hull, measure_hull
@@ -27,8 +27,20 @@ def load_fit(
     centre_rule: CentreRule,
     shape: ShapeParameters,
     store: Store,
+    source: MaskSource | None = None,
 ) -> Fit:
-    """The hull of one pair in one frame, from the store if it was fitted before."""
+    """The hull of one pair in one frame, from the store if it was fitted before.
+
+    Args:
+        recording: the recording.
+        detections: of the recording.
+        pair: the two views.
+        frame: frame index.
+        centre_rule: the rung of the ladder with which the container is chosen.
+        shape: parameters of the fit.
+        store: where hulls are kept.
+        source: cameras and masks of the recording, where the caller holds them already.
+    """
     calibrations = calibration_fingerprints(recording)
     key = digest(
         "fit",
@@ -47,7 +59,8 @@ def load_fit(
         parts |= {name: float(kept[name]) for name in NUMBERS if np.isfinite(kept[name])}
         hull = Hull(**parts)
         return Fit(pair, frame, hull, measure_hull(hull, shape))
-    fit = fit_frame(recording, detections.views, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape)
+    source = source or RecordingMasks(recording, detections.views, SelectionParameters())
+    fit = fit_masks(source, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape)
     hull = fit.hull
     if hull.ok and hull.centroid_m is not None:
         numbers = {name: getattr(hull, name) for name in NUMBERS}

@@ -9,7 +9,7 @@ from corsmal.synthetic import DemoProgress, write_demo
 from corsmal.ui import data
 from corsmal.ui.folders import demo_folder, is_demo_ready
 from corsmal.ui.jobs import Job, progress_text
-from corsmal.ui.shape.measures import plain
+from corsmal.ui.messages import plain
 
 KEY = "demo"
 STEPS = 100

@@ -1,5 +1,7 @@
 """Detecting in a recording: choose a detector, start it, watch it."""
 
+from contextlib import suppress
+
 import streamlit as st
 
 from corsmal.dataset import Recording
@@ -10,43 +12,50 @@ from corsmal.stages.detections import DetectionSet, detect_recording
 from corsmal.stages.settings import SEARCH_STEP
 from corsmal.store import Store
 from corsmal.ui import data, session
-from corsmal.ui.frames import longest_view
 from corsmal.ui.jobs import Job, progress_text
-from corsmal.ui.shape.measures import notes, plain
+from corsmal.ui.messages import plain
+from corsmal.ui.opened import OpenedRecording
 from corsmal.weights import find_weights
 
 DETECTORS = {"coco": "Mask R-CNN, COCO weights", "demo": "small Mask R-CNN of the demo"}
 
 
-def open_detected() -> tuple[Recording, int]:
-    """The chosen recording and the number of its frames, under what there is to say and to do about its detections."""
-    _, recording = session.opened()
-    found = data.detections(recording)
-    notes(found)
-    detection_job(recording, found)
-    frames = longest_view(recording)
-    session.keep_frame_within(frames)
-    return recording, frames
+def open_detected() -> OpenedRecording:
+    """The chosen recording, under what there is to say and to do about its detections."""
+    opened = OpenedRecording(session.opened()[1])
+    _notes(opened.detections)
+    _detection_job(opened)
+    session.keep_frame_within(opened.frames)
+    return opened
 
 
-def detection_job(recording: Recording, found: DetectionSet) -> None:
+def _notes(found: DetectionSet) -> None:
+    """Where the detections come from, and what is wrong with them."""
+    sources = sorted({view.source for view in found.views.values()})
+    if sources:
+        st.caption(f":material/center_focus_strong: Detections: {plain('; '.join(sources))}")
+    for note in found.notes:
+        st.warning(plain(note), icon=":material/warning:")
+
+
+def _detection_job(opened: OpenedRecording) -> None:
     """Offer to detect where frames have not been inspected yet, or show how far the job is."""
-    key = data.detection_job_key(recording)
+    recording, found, key = opened.recording, opened.detections, opened.job_key
     job = data.jobs().get(key)
     if job is not None and job.active:
         _watch(key)
         return
     if job is not None and job.state == "failed":
         st.error(plain(job.problem), icon=":material/error:")
-    if found.key != data.detections(recording).key:  # the job ended while the page was being drawn
+    if opened.has_more_detections:  # the job ended while the page was being drawn
         st.rerun()
-    open_views = _uninspected(recording, found)
+    open_views = _uninspected(opened)
     if not open_views:
         return
     if any(name not in found.views for name in open_views):
         st.info(
-            f"No detections yet in {', '.join(open_views)}. A detector can look for containers there; or put COCO "
-            f"results in `{open_views[0]}/detections/{recording.id}.json`.",
+            f"No detections yet in {', '.join(open_views)}. Run a detector, or put COCO results in "
+            f"`{open_views[0]}/detections/{recording.id}.json`.",
             icon=":material/search:",
         )
     left, middle, right = st.columns([2, 1, 1], vertical_alignment="bottom")
@@ -83,19 +92,15 @@ def open_detector(name: str) -> Detector:
     return SmallDetector(find_weights("detector").path) if name == "demo" else MaskRCNNDetector()
 
 
-def _uninspected(recording: Recording, found: DetectionSet) -> list[str]:
-    """Views of the method with frames that a detector could still look at; a view with a file of its own is done."""
+def _uninspected(opened: OpenedRecording) -> list[str]:
+    """Views of the method with frames that a detector could still inspect; a view with a file of its own is done."""
     names = []
     for name in METHOD_VIEWS:
-        view = recording.views.get(name)
-        if view is None or view.detections_path is not None:
-            continue
-        try:
-            count = data.frame_count(recording, view=name)
-        except CorsmalError:
-            continue
-        if len(found.views.get(name, ())) < count:
-            names.append(name)
+        view = opened.recording.views.get(name)
+        if view is not None and view.detections_path is None:
+            with suppress(CorsmalError):
+                if len(opened.detections.views.get(name, ())) < opened.video(name).frame_count:
+                    names.append(name)
     return names
 
 

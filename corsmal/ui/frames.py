@@ -1,24 +1,26 @@
 """Stepping through the frames of a recording."""
 
-from contextlib import suppress
 from math import isfinite
 
+import pandas as pd
 import streamlit as st
 
-from corsmal.dataset import Recording
-from corsmal.errors import CorsmalError
+from corsmal.detection import Detections, filter_detections
+from corsmal.figures import score_figure
+from corsmal.figures.overlay import class_name
+from corsmal.figures.report import Pin
+from corsmal.parameters import CentreRule
 from corsmal.selection import BestFrame
-from corsmal.ui import data
-from corsmal.ui.linked_plot import PlotEvent
-from corsmal.ui.recordings import detections_table
-from corsmal.ui.shape.measures import guarded
+from corsmal.ui.linked_plot import PlotEvent, linked_plot
+from corsmal.ui.messages import guarded
+from corsmal.ui.opened import OpenedRecording
 
 STEPS = {"ArrowLeft": -1, "ArrowRight": 1, "PageUp": -10, "PageDown": 10}
 KEYS = (*STEPS, "Home", "End")
 RULES = {
     "both thirds": "the paper's: middle third of width and height",
-    "horizontal third": "middle third of the width alone: nothing passed the paper's",
-    "none": "none: nothing passed a stricter one",
+    "horizontal third": "middle third of the width only: no frame passed the paper's",
+    "none": "no rule: no frame passed a stricter one",
 }
 
 
@@ -32,17 +34,21 @@ def stepped(frame: int, event: PlotEvent, *, frames: int) -> int:
     return min(max(frame, 0), frames - 1)
 
 
-def longest_view(recording: Recording) -> int:
-    """The number of frames of the longest readable view, at least 1; what cannot be read is said where it is shown."""
-    counts = [1]
-    for name in recording.views:
-        with suppress(CorsmalError):
-            counts.append(data.frame_count(recording, view=name))
-    return max(counts)
+def score_plot(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
+    """Every frame's score; a click or a key goes to another frame, see ``stepped``."""
+    linked_plot(
+        score_figure.parts(best, frame=frame),
+        key="scores",
+        label=f"Scores of the frames of recording {opened.id}",
+        keys=KEYS,
+        height_px=320,
+        revision=opened.id,
+    )
+    st.caption("Click a frame, or step with ← → (one), Page Up and Page Down (ten), Home and End.")
 
 
 def score_line(best: BestFrame, frame: int, *, frames: int) -> None:
-    """Where the best frame is and by which rule, and what the frame that is looked at scores."""
+    """Where the best frame is and by which rule, and the score of the chosen frame."""
     left, middle, right = st.columns(3)
     pair = " + ".join(best.pair)
     inspected = f"{len(best.scores)} of {frames} frames inspected"
@@ -66,25 +72,23 @@ def score_line(best: BestFrame, frame: int, *, frames: int) -> None:
         right.metric(
             f"Frame {frame}",
             f"{score.total:,} px",
-            f"{parts} less {2 * sum(score.penalties):,} of penalties",
+            f"{parts} − penalties {2 * sum(score.penalties):,}",
             delta_color="off",
             delta_arrow="off",
         )
 
 
-def view_pictures(recording: Recording, *, frame: int, best: BestFrame) -> None:
+def view_pictures(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
     """The views side by side with their detections, and under each what was found and why it was dropped."""
-    names = [name for name in ("view1", "view3", "view2") if name in recording.views]
+    names = [name for name in ("view1", "view3", "view2") if name in opened.recording.views]
     if not names:
-        st.warning(f"Missing: {', '.join(recording.missing)}.", icon=":material/inventory_2:")
-    found = data.detections(recording)
+        st.warning(f"Missing: {', '.join(opened.recording.missing)}.", icon=":material/inventory_2:")
     for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
         with column, guarded():
             star = " :material/star: best frame" if name in best.pair and frame == best.frame else ""
             st.markdown(f"**{name}**, frame {frame}{star}")
-            picture = data.frame_picture(recording, view=name, frame=frame, centre_rule=best.centre_rule)
-            st.image(picture, width="stretch")
-            detections = found.views.get(name)
+            st.image(opened.picture(name, frame, best.centre_rule), width="stretch")
+            detections = opened.detections.views.get(name)
             if detections is None:
                 st.caption("no detections")
             elif frame not in detections:
@@ -99,3 +103,33 @@ def view_pictures(recording: Recording, *, frame: int, best: BestFrame) -> None:
                         "verdict": st.column_config.TextColumn(width="medium"),
                     },
                 )
+
+
+def detections_table(detections: Detections, *, centre_rule: CentreRule) -> pd.DataFrame:
+    """The detections of one frame of one view: what each is, and why it was dropped."""
+    filtered = filter_detections(detections, centre_rule=centre_rule)
+    verdicts = [
+        reason or ("the container" if index == filtered.container else "kept")
+        for index, reason in enumerate(filtered.reasons)
+    ]
+    return pd.DataFrame(
+        {
+            "verdict": verdicts,
+            "class": [class_name(int(label)) for label in detections.labels],
+            "score": detections.scores,
+            "mask (px)": detections.mask_areas,
+        },
+        index=pd.RangeIndex(1, len(detections) + 1, name="no."),
+    )
+
+
+def picture_pins(opened: OpenedRecording, best: BestFrame, frame: int) -> list[Pin]:
+    """The frame of both views with their masks, to be pinned for a report."""
+    return [
+        Pin(
+            f"{opened.id}, {view}, frame {frame}",
+            content=opened.picture(view, frame, best.centre_rule),
+            medium="image/jpeg",
+        )
+        for view in best.pair
+    ]

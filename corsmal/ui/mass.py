@@ -1,83 +1,164 @@
-"""Pieces of the Mass page: the pictures, the numbers that the masses hang on, and what may be wrong."""
+"""The Mass page: the mask and the numbers that the network is given, its prediction, and the object's mass."""
 
+from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import plotly.graph_objects as go
 import streamlit as st
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
-from corsmal.estimation import Fit
+from corsmal.dataset.annotation import FILLINGS, LEVELS
+from corsmal.digests import file_fingerprint
+from corsmal.errors import CorsmalError, NotFoundError
+from corsmal.estimation import Estimate, Fit, mass_inputs_from
 from corsmal.figures.report import Pin
 from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
-from corsmal.mass import AxisRule
-from corsmal.mass.axis import AXIS_RULES
-from corsmal.ui import data, mass_network
-from corsmal.ui.linked_plot import Slider, linked_plot
-from corsmal.ui.mass_network import MASS_VIEW, Weighed
+from corsmal.mass import AxisRule, MassPrediction, filling_mass_g
+from corsmal.mass.restoration import PADDING_PX
+from corsmal.parameters import FRONTAL_VIEW
+from corsmal.quantities import GEOMETRY
+from corsmal.selection import BestFrame
+from corsmal.ui import session
+from corsmal.ui.amounts import grams, mass_error, total
+from corsmal.ui.caching import cached
+from corsmal.ui.choosing import one_of
+from corsmal.ui.downloading import download_buttons
+from corsmal.ui.filling import sound
+from corsmal.ui.linked_plot import PlotEvent, Slider, linked_plot
+from corsmal.ui.messages import guarded, plain
+from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.pins import pin_button
-from corsmal.ui.shape.measures import guarded, plain
-from corsmal.weights import find_weights
+from corsmal.weights import WeightsFile, find_weights
 
 if TYPE_CHECKING:
     from corsmal.mass import MassModel
 
+Mask = NDArray[np.bool_]
+Numbers = dict[str, float | None]
+
+CHANGES = np.linspace(-0.3, 0.3, 25)
+"""Relative changes of the numbers whose effect is drawn; the one in the middle is none."""
+
+PADDING, TYPED = "mass_padding_px", "mass_numbers"
+PADDING_MAX_PX = 80
+LOW, HIGH = 0.01, 20_000.0
 INPUTS = {
-    "width_top_mm": ("w_t", "width at the top (mm)"),
-    "width_bottom_mm": ("w_b", "width at the bottom (mm)"),
+    "width_top_mm": ("w_t", "top width (mm)"),
+    "width_bottom_mm": ("w_b", "bottom width (mm)"),
     "height_mm": ("h", "height (mm)"),
     "mm_per_px": ("s", "scale (mm per pixel)"),
     "capacity_ml": ("C", "capacity (mL), for the filling"),
 }
-RULES = {"base": "base (paper)", "whole": "whole outline"}
-LOW, HIGH = 0.01, 20_000.0
+RULES: dict[AxisRule, str] = {"base": "base (paper)", "whole": "whole outline"}
 
 
-def about_weights(recording: Recording, network: "MassModel | None") -> None:
-    """On real recordings, what the demo's weights are worth."""
-    if network is not None and find_weights("mass").is_bundled and not recording.is_synthetic:
+def open_network(recording: Recording) -> "MassModel | None":
+    """The network, with a note on what the bundled one is worth on a real recording; None where it cannot be read."""
+    file = find_weights("mass")
+    with guarded():
+        network = _network(file, file_fingerprint(file.path) if file.path.is_file() else "absent")
+        if file.is_bundled and not recording.is_synthetic:
+            st.info(
+                "The bundled network was trained on **synthetic** containers only: on a real recording its mass is a "
+                "guess. Train your own with `python -m corsmal train mass ROOT RUN`, and set `CORSMAL_MASS_WEIGHTS` "
+                "to its weights.",
+                icon=":material/science:",
+            )
+        return network
+    return None
+
+
+@cached(4, key=lambda *file_and_fingerprint: file_and_fingerprint, spinner="Reading the mass network")
+def _network(file: WeightsFile, fingerprint: str) -> "MassModel":
+    del fingerprint
+    from corsmal.mass import read_mass  # noqa: PLC0415 - loads PyTorch, which takes seconds
+
+    return read_mass(file.path)
+
+
+def axis_control(network: "MassModel | None") -> AxisRule:
+    """Choose how the axis is found; at first as for the network's training."""
+    trained: AxisRule = "base" if network is None else network.config.axis
+    text = (
+        "`base`: perpendicular to the lower edge, through its middle. `whole`: the axis about which most of the "
+        f"outline is symmetric, whatever the base. The network was trained with `{trained}`."
+    )
+    return one_of("Axis from", RULES, key="mass_axis", default=trained, help_text=text)
+
+
+def dragged_padding_px(event: PlotEvent) -> int:
+    """The padding around the mask's box after what the user dragged, within the limits; at first the paper's."""
+    padding = event.values.get("padding_px", st.session_state.get(PADDING, PADDING_PX))
+    st.session_state[PADDING] = int(min(max(round(padding), 0), PADDING_MAX_PX))
+    return int(st.session_state[PADDING])
+
+
+def fitted_inputs(opened: OpenedRecording, best: BestFrame, fit: Fit) -> tuple[Mask, Numbers] | None:
+    """The container's mask, and the numbers of a fit, None where it failed; without a mask the page says why."""
+    measures: dict[str, Any] = {name: getattr(fit.dimensions, name) for name in GEOMETRY}
+    found = Estimate(opened.id, "fitted", **measures, best_frame=best, fit=fit, notes=())
+    try:
+        inputs = mass_inputs_from(found, opened) or {}
+    except NotFoundError as error:
         st.info(
-            "The network that came along learnt from **synthetic** containers alone: on a real recording its mass is a "
-            "guess. Train your own with `python -m corsmal train mass ROOT RUN`, and name its weights in the "
-            "environment as `CORSMAL_MASS_WEIGHTS`.",
-            icon=":material/science:",
+            f"{plain(str(error))}: there is no mask to predict from. Choose another frame; the *Frames* page shows "
+            "what was detected where.",
+            icon=":material/search_off:",
         )
+        return None
+    return inputs.pop("mask"), inputs | {"capacity_ml": measures["capacity_ml"]}
 
 
-def axis_control(learnt: AxisRule) -> AxisRule:
-    """Choose how the axis is found; at first the way that the network learnt with."""
-    state = st.session_state
-    rule: AxisRule = state.get(mass_network.AXIS) or learnt
-    state["mass_axis"] = rule
-    st.segmented_control(
-        "Axis from",
-        AXIS_RULES,
-        key="mass_axis",
-        required=True,
-        format_func=RULES.__getitem__,
-        on_change=lambda: state.update({mass_network.AXIS: state["mass_axis"]}),
-        help="`base`: perpendicular to the lower edge, in its middle. `whole`: where most of the outline is symmetric, "
-        f"which does without the base. The network learnt with `{learnt}`.",
-    )
-    return rule
+def chosen_numbers(opened: OpenedRecording, fit: Fit, fitted: Numbers) -> Numbers:
+    """The numbers as the user typed them over the fit's; those of another fit are forgotten."""
+    identity = (opened.id, fit.pair, fit.frame, session.choice().shape, tuple(fitted.values()))
+    if st.session_state.get(TYPED, (None,))[0] != identity:
+        st.session_state[TYPED] = identity, fitted
+    numbers: Numbers = st.session_state[TYPED][1]
+    return numbers
 
 
-def shows_container(mask: NDArray[np.bool_] | None, *, frame: int) -> bool:
-    """Whether there is anything to weigh; if not, the page says why."""
-    if mask is not None and mask.any():
-        return True
-    problem = f"was not inspected in frame {frame}" if mask is None else f"shows no container in frame {frame}"
-    st.info(
-        f"{MASS_VIEW} {problem}: there is no mask to weigh. Choose another frame; the *Frames* page shows what was "
-        "detected where.",
-        icon=":material/search_off:",
-    )
-    return False
+def predict(
+    mask: Mask, numbers: Numbers, *, network: "MassModel | None", axis: AxisRule, padding_px: int
+) -> tuple[MassPrediction, dict[str, NDArray[np.float64]]]:
+    """The prediction, and the masses as each number changes by ``CHANGES``."""
+    from corsmal.mass.sensitivity import predict_with_changes  # noqa: PLC0415 - as above
+
+    return predict_with_changes(network, mask, numbers, changes=CHANGES, axis=axis, padding_px=padding_px)
 
 
-def problems(fit: Fit, weighed: Weighed, network: "MassModel | None") -> None:
+def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_ml: float | None) -> None:
+    """Container, filling and object mass beside the truth."""
+    note = opened.recording.annotation
+    annotated = None
+    if note is not None and note.filling_type is not None and note.filling_level is not None:
+        annotated = note.filling_type, note.filling_level
+    pair, source = annotated, "the annotation"
+    with suppress(CorsmalError):
+        if (predicted := sound.prediction(opened, None).pair) is not None:
+            pair, source = predicted, "the sound"
+    filling_g = None if pair is None else filling_mass_g(*pair, capacity_ml)
+    true_g = [getattr(note, name, None) for name in ("container_mass_g", "filling_mass_g")]
+    masses = {
+        "Container mass": (container_g, true_g[0]),
+        "Filling mass": (filling_g, true_g[1]),
+        "Object mass": (total(container_g, filling_g), total(*true_g)),
+    }
+    for column, (label, (value, true)) in zip(st.columns(3), masses.items(), strict=True):
+        column.metric(label, grams(value), mass_error(value, true), delta_color="off", delta_arrow="off")
+    text = "unknown, without sound and annotation" if pair is None else f"{filling_text(*pair)}, from {source}"
+    if pair is not None and filling_mass_g(*pair, None) is None:
+        text += "; the capacity is missing" if capacity_ml is None else f"; capacity {capacity_ml:.0f} mL"
+    if pair and annotated and filling_text(*annotated) != filling_text(*pair):
+        text += f" (annotated: {filling_text(*annotated)})"
+    st.caption(f":material/water_full: Filling: {text}. Object = container + filling.")
+
+
+def problems(fit: Fit, prediction: MassPrediction, *, has_network: bool) -> None:
     """Why a mass is missing, and what can be done about it."""
     if not fit.ok:
         st.warning(
@@ -85,57 +166,52 @@ def problems(fit: Fit, weighed: Weighed, network: "MassModel | None") -> None:
             + " Type the dimensions below, try another frame or the other pair.",
             icon=":material/straighten:",
         )
-    elif weighed.reason and network is not None:
-        st.warning(plain(f"No container mass: {weighed.reason}."), icon=":material/warning:")
-    if not weighed.restored.ok:
-        st.warning(plain(f"Nothing was restored: {weighed.restored.reason}."), icon=":material/warning:")
+    elif prediction.reason and has_network:
+        st.warning(plain(f"No container mass: {prediction.reason}."), icon=":material/warning:")
+    if not prediction.restored.ok:
+        st.warning(plain(f"Nothing was restored: {prediction.restored.reason}."), icon=":material/warning:")
 
 
-def pictures(recording: Recording, mask: NDArray[np.bool_], weighed: Weighed, *, frame: int) -> None:
+def pictures(opened: OpenedRecording, mask: Mask, prediction: MassPrediction, *, frame: int, resize: str) -> None:
     """The mask before and after, against the truth, and as the network sees it; padding is dragged below."""
-    amodal = None
+    restored, amodal = prediction.restored, None
+    if prediction.network_input is None:
+        return
     with guarded():
-        amodal = mass_network.amodal_mask(recording, frame=frame)
-    figure = restoration_figure(
-        data.frame_image(recording, view=MASS_VIEW, frame=frame),
+        amodal = opened.true_mask(FRONTAL_VIEW, frame)
+    figure = restoration_figure.parts(
+        opened.image(FRONTAL_VIEW, frame),
         mask,
-        weighed.restored,
-        network_input=weighed.network_input,
-        resize=weighed.resize,
+        restored,
+        network_input=prediction.network_input,
+        resize=resize,
         amodal=amodal,
     )
+    label = "Padding around the mask's box: nothing is added outside it"
     linked_plot(
         figure,
         key="restoration",
-        label=f"The mask of {MASS_VIEW}, frame {frame}, before and after restoration",
-        sliders=[
-            Slider(
-                "padding_px",
-                "Padding around the mask's box: nothing is added outside it",
-                0,
-                mass_network.PADDING_MAX_PX,
-                1,
-                mass_network.padding_px(),
-                "px",
-            )
-        ],
+        label=f"The mask of {FRONTAL_VIEW}, frame {frame}, before and after restoration",
+        sliders=[Slider("padding_px", label, 0, PADDING_MAX_PX, 1, st.session_state[PADDING], "px")],
         height_px=400,
-        revision=f"{recording.id} {frame} {weighed.restored.crop}",
+        revision=f"{opened.id} {frame} {restored.crop}",
     )
-    if weighed.restored.notes:
-        st.caption(f":material/info: {plain('; '.join(weighed.restored.notes))}.")
-    pin_button("the masks", lambda: Pin(f"Mask of {recording.id}, {MASS_VIEW}, frame {frame}", figure), key="masks")
+    if restored.notes:
+        notes = "; ".join(restored.notes)
+        st.caption(f":material/info: {plain(notes[0].upper() + notes[1:])}.")
+    title = f"Mask of {opened.id}, {FRONTAL_VIEW}, frame {frame}"
+    pin_button("the masks", lambda: [Pin(title, go.Figure(figure))], key="masks")
 
 
-def number_inputs(recording: Recording, fit: Fit, numbers: mass_network.Numbers, *, with_scale: bool) -> None:
-    """The numbers that the masses hang on, to be typed over."""
-    st.markdown("**What the masses hang on**")
+def number_inputs(fit: Fit, numbers: Numbers, fitted: Numbers, *, with_scale: bool) -> None:
+    """The numbers that the masses depend on, to be typed over."""
+    st.markdown("**What the mass estimates depend on**")
+    state = st.session_state
     for name, (symbol, label) in INPUTS.items():
         if name == "mm_per_px" and not with_scale:
             continue
-        key = f"mass_{name}"
-        value = numbers[name]
-        st.session_state[key] = None if value is None else min(max(float(value), LOW), HIGH)
+        key, value = f"mass_{name}", numbers[name]
+        state[key] = None if value is None else min(max(float(value), LOW), HIGH)
         st.number_input(
             f"{symbol}, {label}",
             LOW,
@@ -145,55 +221,48 @@ def number_inputs(recording: Recording, fit: Fit, numbers: mass_network.Numbers,
             format="%.2f" if name == "mm_per_px" else "%.1f",
             key=key,
             placeholder="missing: the fit failed",
-            on_change=_typed,
-            args=(name,),
+            on_change=lambda name, key: state.update({TYPED: (state[TYPED][0], state[TYPED][1] | {name: state[key]})}),
+            args=(name, key),
         )
-    source = f"the fit of {' + '.join(fit.pair)} in frame {fit.frame}"
     st.button(
-        f"Back to {source}",
+        f"Back to the fit of {' + '.join(fit.pair)} in frame {fit.frame}",
         icon=":material/undo:",
-        disabled=numbers == mass_network.fitted_numbers(recording, fit),
-        on_click=mass_network.forget_numbers,
+        disabled=numbers == fitted,
+        on_click=lambda: state.pop(TYPED, None),
         width="stretch",
     )
 
 
-def sensitivity(recording: Recording, weighed: Weighed, numbers: mass_network.Numbers) -> None:
+def sensitivity(opened: OpenedRecording, numbers: Numbers, curves_g: dict[str, NDArray[np.float64]]) -> None:
     """The mass as each number changes."""
-    if not weighed.curves_g:
-        st.caption("What a change of each number does to the mass is drawn here once there is a mass.")
+    if not curves_g:
+        st.caption("Once there is a mass, its sensitivity to each number is drawn here.")
         return
     linked_plot(
-        sensitivity_figure(
-            mass_network.CHANGES,
-            {INPUTS[name][0]: curve for name, curve in weighed.curves_g.items()},
-            values={INPUTS[name][0]: float(numbers[name] or 0) for name in weighed.curves_g},
-            true_g=getattr(recording.annotation, "container_mass_g", None),
+        sensitivity_figure.parts(
+            CHANGES,
+            {INPUTS[name][0]: curve for name, curve in curves_g.items()},
+            values={INPUTS[name][0]: float(numbers[name] or 0) for name in curves_g},
+            true_g=getattr(opened.recording.annotation, "container_mass_g", None),
         ),
         key="mass_sensitivity",
         label="Container mass as one of the network's numbers changes",
         height_px=420,
-        revision=recording.id,
+        revision=opened.id,
     )
 
 
-def downloads(recording: Recording, weighed: Weighed, *, frame: int) -> None:
+def downloads(opened: OpenedRecording, prediction: MassPrediction, *, frame: int) -> None:
     """Buttons for the restored mask and the network's input as pictures."""
-    name = f"{recording.id}_{MASS_VIEW}_frame{frame}"
-    images: dict[str, tuple[str, NDArray[np.bool_] | NDArray[np.float32]]] = {
-        "Restored mask as PNG": ("restored", weighed.restored.mask),
-        "Network's input as PNG": ("input", weighed.network_input),
-    }
-    for column, (label, (ending, image)) in zip(st.columns(2), images.items(), strict=True):
-        column.download_button(
-            label,
-            partial(mask_png, image),
-            f"{name}_{ending}.png",
-            icon=":material/download:",
-            on_click="ignore",
-            width="stretch",
-        )
+    name, image = f"{opened.id}_{FRONTAL_VIEW}_frame{frame}", prediction.network_input
+    download_buttons(
+        {
+            "Download restored mask (PNG)": (f"{name}_restored.png", partial(mask_png, prediction.restored.mask)),
+            "Download network input (PNG)": (f"{name}_input.png", None if image is None else partial(mask_png, image)),
+        }
+    )
 
 
-def _typed(name: str) -> None:
-    mass_network.choose_numbers(**{name: st.session_state[f"mass_{name}"]})
+def filling_text(kind: int, level: int) -> str:
+    """A filling in words."""
+    return f"{FILLINGS[kind]}, {LEVELS[level]}" if kind and level else "empty"

@@ -9,7 +9,7 @@ import soundfile
 from numpy.typing import NDArray
 
 from corsmal.dataset import Audio, Recording, View
-from corsmal.errors import FileError, NotFoundError
+from corsmal.errors import NotFoundError
 from corsmal.figures import jpeg
 from corsmal.store import Store, digest, file_fingerprint
 
@@ -80,17 +80,12 @@ def thumbnail(recording: Recording, *, store: Store) -> bytes:
         raise NotFoundError(f"recording {recording.id} has no video")
     view = recording.views[name]
     path = store.file("thumbnails", digest("thumbnail", file_fingerprint(view.video_path)), ".jpg")
-    try:
-        return path.read_bytes()
-    except OSError:
-        pass
+    kept = store.read(path, Path.read_bytes)
+    if kept is not None:
+        return kept
     with view.video() as video:
         image = video[0]
     width = image.shape[1]
     content = jpeg(image[:, width // 6 : width - width // 6], width=THUMBNAIL_WIDTH_PX)
-    try:
-        with store.writing(path) as part:
-            part.write_bytes(content)
-    except FileError:
-        pass
+    store.write(path, lambda part: part.write_bytes(content))
     return content

@@ -1,17 +1,22 @@
-"""The tables of the pages."""
+"""The table of a dataset's recordings."""
 
 from collections.abc import Iterable, Mapping
 
 import pandas as pd
-
-from corsmal.dataset import Recording
-from corsmal.detection import Detections, filter_detections
-from corsmal.figures.overlay import class_name
-from corsmal.parameters import CentreRule
+import streamlit as st
 
 UNKNOWN = "unknown"
-LACKS = {None: "all that are known", "video": "with a video here", "complete": "lacking nothing"}
+LACKS = {None: "all", "video": "with a video", "complete": "with nothing missing"}
 """Which recordings to list, by what is on disk."""
+COLUMNS = {
+    "picture": st.column_config.ImageColumn("", width="small"),
+    "capacity_ml": st.column_config.NumberColumn("capacity (mL)", format="%.0f"),
+    "width_top_mm": st.column_config.NumberColumn("top (mm)", format="%.0f"),
+    "width_bottom_mm": st.column_config.NumberColumn("bottom (mm)", format="%.0f"),
+    "height_mm": st.column_config.NumberColumn("height (mm)", format="%.0f"),
+    "container_mass_g": st.column_config.NumberColumn("mass (g)", format="%.0f"),
+    "missing": st.column_config.TextColumn("missing", width="medium"),
+}
 SCENARIOS = {0: "on the table", 1: "held", 2: "brought in"}
 
 
@@ -64,36 +69,3 @@ def filter_table(shown: pd.DataFrame, *, chosen: Mapping[str, Iterable[str]], la
     elif lacks is not None:
         keep &= ~missing.str.contains("view1 video, view2 video, view3 video", regex=False)
     return shown[keep]
-
-
-def detections_table(detections: Detections, *, centre_rule: CentreRule) -> pd.DataFrame:
-    """The detections of one frame of one view: what each is, and why it was dropped."""
-    filtered = filter_detections(detections, centre_rule=centre_rule)
-    verdicts = [
-        reason or ("the container" if index == filtered.container else "kept")
-        for index, reason in enumerate(filtered.reasons)
-    ]
-    return pd.DataFrame(
-        {
-            "verdict": verdicts,
-            "class": [class_name(int(label)) for label in detections.labels],
-            "score": detections.scores,
-            "mask (px)": detections.mask_areas,
-        },
-        index=pd.RangeIndex(1, len(detections) + 1, name="no."),
-    )
-
-
-def truth(recording: Recording) -> dict[str, float]:
-    """The annotated capacity (mL), widths and height (mm) of a recording, as far as they are known."""
-    annotation = recording.annotation
-    names = ("capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm")
-    values = {name: getattr(annotation, name, None) for name in names}
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def truth_profile_mm(recording: Recording) -> tuple[float, float, float] | None:
-    """Annotated bottom width, top width and height, mm; None unless all are known."""
-    values = truth(recording)
-    names = ("width_bottom_mm", "width_top_mm", "height_mm")
-    return (values[names[0]], values[names[1]], values[names[2]]) if values.keys() >= set(names) else None

@@ -1,12 +1,61 @@
-"""Inputs whose values the app itself also changes, while a search goes on or when the user steps back."""
+"""The pair of views and the frame that pages are about."""
 
 import streamlit as st
+from streamlit.runtime.scriptrunner import get_script_run_ctx
 
+from corsmal.parameters import PAIRS
+from corsmal.selection import BestFrame
 from corsmal.ui import session
+from corsmal.ui.opened import OpenedRecording
 
 
-def input_showing(name: str, value: object) -> str:
-    """The key for an input that shows a value: a new one whenever something else than the input changed the value.
+def pair_control(opened: OpenedRecording) -> BestFrame:
+    """Choose the pair of views; at first the one that the estimate takes.
+
+    Returns:
+        The best frame of the pair.
+    """
+    selections = {pair: opened.best_frame(pair) for pair in PAIRS}
+    pair = session.choice().pair or opened.estimated_pair
+    key = _key_showing("pair", pair)
+    st.segmented_control(
+        "Pair of views",
+        PAIRS,
+        key=key,
+        required=True,
+        format_func=lambda pair: f"{pair[0]} + {pair[1]}" + ("" if selections[pair].ok else " (none)"),
+        on_change=_take_over,
+        args=("pair", key),
+        help="The method tries the frontal view with the left one first, then with the right one. (none): no frame "
+        "in which both views show a container.",
+    )
+    return selections[session.choice().pair or pair]
+
+
+def frame_control(best: BestFrame, *, frames: int) -> int:
+    """Choose the frame; at first the best one.
+
+    Returns:
+        The frame index.
+    """
+    automatic = best.frame or 0
+    chosen = session.choice().frame
+    frame = min(automatic if chosen is None else chosen, frames - 1)
+    key = _key_showing("frame", frame)
+    left, right = st.columns([3, 2], vertical_alignment="bottom")
+    left.number_input(f"Frame (0 to {frames - 1})", 0, frames - 1, key=key, on_change=_take_over, args=("frame", key))
+    right.button(
+        f"Best: {automatic}" if best.ok else "No best frame",
+        icon=":material/star:",
+        disabled=frame == automatic,
+        on_click=lambda: session.choose(frame=None),
+        width="stretch",
+    )
+    return frame
+
+
+def _key_showing(name: str, value: object) -> str:
+    """The key for an input that shows a value: a new one on each page, and when something else changed the value.
 
     What the browser sends under an older key is what it showed a moment ago, not what the user chose.
 
@@ -14,21 +63,18 @@ def input_showing(name: str, value: object) -> str:
         name: the field of ``Choice`` that the input is for.
         value: what it is to show.
     """
-    key, _ = st.session_state.get(f"{name}_shown", (f"{name}_control.0", None))
-    if st.session_state.get(key) != value:
+    context = get_script_run_ctx()
+    page = "" if context is None else context.page_script_hash
+    key, _, shown_on = st.session_state.get(f"{name}_shown", (f"{name}_control.0", None, page))
+    if st.session_state.get(key) != value or page != shown_on:
         key = f"{name}_control.{int(key.rpartition('.')[2]) + 1}"
         st.session_state[key] = value
-    st.session_state[f"{name}_shown"] = key, value
+    st.session_state[f"{name}_shown"] = key, value, page
     return key
 
 
-def take_over(name: str, key: str) -> None:
-    """Take over what an input was set to; its value also arrives after the input is gone.
-
-    Args:
-        name: as given to ``input_showing``.
-        key: that it returned.
-    """
-    shown_key, shown = st.session_state[f"{name}_shown"]
+def _take_over(name: str, key: str) -> None:
+    """Take over what an input was set to; its value also arrives after the input is gone."""
+    shown_key, shown, _ = st.session_state[f"{name}_shown"]
     if key == shown_key and st.session_state[key] != shown:
         session.choose(**{name: st.session_state[key]})

@@ -4,7 +4,7 @@ import gc
 import importlib
 import threading
 
-import streamlit as st
+from starlette.routing import Route
 from streamlit.runtime.pages_manager import PagesManager
 
 from corsmal.synthetic import start_processes
@@ -14,11 +14,11 @@ LIBRARIES_AFTER_S = 20.0
 """The first page and a new demo come first."""
 
 
-def start(script: str) -> st.App:
-    """Begin to make a demo that is not there, have large libraries loaded later, and make the application.
+def start() -> list[Route]:
+    """Begin to make a demo that is not there, and have large libraries loaded later.
 
-    Args:
-        script: path of the script that draws every page.
+    Returns:
+        The routes of the application.
     """
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through the script, too
     if folders.is_demo(folders.default_folder()) and not folders.is_demo_ready():
@@ -28,9 +28,9 @@ def start(script: str) -> st.App:
     libraries = threading.Timer(LIBRARIES_AFTER_S, _load_libraries)
     libraries.daemon = True
     libraries.start()
-    app = st.App(script, routes=importlib.import_module("corsmal.ui.routes").routes())
+    routes: list[Route] = importlib.import_module("corsmal.ui.routes").routes()
     gc.freeze()  # Streamlit collects garbage after every run of the script; what is loaded here stays
-    return app
+    return routes
 
 
 def _load_libraries() -> None:

@@ -10,12 +10,12 @@ from corsmal.dataset import Dataset, Recording
 from corsmal.errors import CorsmalError
 from corsmal.ui import data, demo
 from corsmal.ui.folders import default_folder, demo_folder, is_demo, is_demo_ready
+from corsmal.ui.messages import plain
 from corsmal.ui.recordings import most_complete, recording_labels
-from corsmal.ui.shape.measures import plain
 from corsmal.ui.url import Choice, from_params, to_params
 
-CHOICE, WRITTEN, PROBLEMS, FOLDER, PICKER = "choice", "url_written", "url_problems", "data_folder", "picker"
-FOLDER_PROBLEM = "folder_problem"
+CHOICE, WRITTEN, PROBLEMS, PICKER = "choice", "url_written", "url_problems", "picker"
+FOLDER, FOLDER_PROBLEM, DATASET = "data_folder", "folder_problem", "dataset"
 
 
 def begin() -> None:
@@ -23,24 +23,24 @@ def begin() -> None:
     _read_address()
     with st.sidebar:
         _folder_input()
-        found = dataset()
+        found = st.session_state[DATASET] = _open_dataset()
         if found is not None:
             _recording_picker(found)
     for problem in st.session_state.get(PROBLEMS, ()):
         _show_problem(problem)
-    write_address()
+    _write_address()
 
 
 def keep_frame_within(frames: int) -> None:
-    """Leave out a chosen frame that the recording does not have, and say so: only an address can hold one."""
+    """Ignore a chosen frame that the recording does not have, and say so: only an address can hold one."""
     frame = choice().frame
     if frame is None or frame < frames:
         return
-    problem = f"The address has frame={str(frame)!r}, which was left out: the recording has frames 0 to {frames - 1}."
+    problem = f"The address has frame={str(frame)!r}: ignored; allowed range 0–{frames - 1}."
     _add_problem(problem)
     _show_problem(problem)
     choose(settled=False, frame=None)
-    write_address()
+    _write_address()
 
 
 def choice() -> Choice:
@@ -50,39 +50,23 @@ def choice() -> Choice:
 
 
 def choose(*, settled: bool = True, **changes: Any) -> None:
-    """Look at something else.
+    """Look at something else, and let the address say so.
 
     Args:
-        settled: False while something is being dragged: the address is written when it stops.
+        settled: False while something is being dragged: the address is written when it stops, with or without changes.
         changes: fields of ``Choice``.
     """
-    st.session_state[CHOICE] = replace(choice(), **changes)
-    if settled:
+    if changes:
+        st.session_state[CHOICE] = replace(choice(), **changes)
+    if changes and settled:
         st.session_state[PROBLEMS] = ()
-
-
-def write_address() -> None:
-    """Let the address bar say what this session is looking at; every change is a step of the browser's history."""
-    params = to_params(choice())
-    if st.query_params.to_dict() != params:
-        st.query_params.from_dict(params)
-    st.session_state[WRITTEN] = params
-
-
-def dataset() -> Dataset | None:
-    """The dataset of the chosen folder; None, said in the sidebar, where there is none."""
-    if not folder() or (is_demo(folder()) and not is_demo_ready()):
-        return None
-    try:
-        return data.dataset(folder())
-    except CorsmalError as error:
-        st.session_state[FOLDER_PROBLEM] = str(error)
-        return None
+    if settled:
+        _write_address()
 
 
 def opened() -> tuple[Dataset, Recording]:
     """The dataset and the chosen recording; where there is none the page says what to do and ends here."""
-    found = dataset()
+    found: Dataset | None = st.session_state[DATASET]
     current = choice().recording
     if found is None or current is None:
         _nothing_to_show()
@@ -93,6 +77,14 @@ def opened() -> tuple[Dataset, Recording]:
 def folder() -> str:
     """The dataset folder that this session looks at."""
     return str(st.session_state.get(FOLDER, "")).strip()
+
+
+def _write_address() -> None:
+    """Let the address bar say what this session is looking at; every change is a step of the browser's history."""
+    params = to_params(choice())
+    if st.query_params.to_dict() != params:
+        st.query_params.from_dict(params)
+    st.session_state[WRITTEN] = params
 
 
 def _read_address() -> None:
@@ -134,15 +126,26 @@ def _folder_input() -> None:
     if is_demo(folder()):
         demo.make_demo()
     else:
-        st.button("Open the demo", on_click=_open_demo, icon=":material/science:", width="stretch")
+        open_demo = {FOLDER: str(demo_folder())}
+        st.button(
+            "Open the demo",
+            on_click=lambda: st.session_state.update(open_demo),
+            icon=":material/science:",
+            width="stretch",
+        )
+
+
+def _open_dataset() -> Dataset | None:
+    """The dataset of the chosen folder; None, with the reason in the sidebar, where there is none."""
     st.session_state.pop(FOLDER_PROBLEM, None)
-    dataset()
-    if problem := st.session_state.get(FOLDER_PROBLEM):
-        st.error(plain(problem), icon=":material/folder_off:")
-
-
-def _open_demo() -> None:
-    st.session_state[FOLDER] = str(demo_folder())
+    if not folder() or (is_demo(folder()) and not is_demo_ready()):
+        return None
+    try:
+        return data.dataset(folder())
+    except CorsmalError as error:
+        st.session_state[FOLDER_PROBLEM] = str(error)
+        st.error(plain(str(error)), icon=":material/folder_off:")
+        return None
 
 
 def _recording_picker(found: Dataset) -> None:

@@ -1,13 +1,14 @@
-"""What the user is looking at, and how it stands in the address bar.
+"""What the user has chosen, and how it stands in the address bar.
 
-Only what differs from the defaults is written. What cannot be read is left at its default and reported in one
+Only what differs from the defaults is written. What cannot be read keeps its default and is reported in one
 sentence, so that a mistyped address never looks like an answer.
 """
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from functools import partial
+from typing import Any, NamedTuple, cast
 
 from corsmal.dataset.audio import CHANNELS
 from corsmal.errors import ArgumentError
@@ -15,34 +16,26 @@ from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, HeightReferenc
 from corsmal.selection import Pair
 
 
-@dataclass(frozen=True)
-class Limits:
-    """The range of a number that a page offers and an address may hold.
-
-    Args:
-        low: the smallest value.
-        high: the largest value.
-        step: the distance between values on a page.
-        unit: for people.
-    """
+class Limits(NamedTuple):
+    """The range of a number that a page offers and an address may hold, and the distance between values on a page."""
 
     low: float
     high: float
     step: float
     unit: str = ""
+    is_whole: bool = False
 
 
 LIMITS = {
-    "circumferences": Limits(10, 500, 1),
-    "points": Limits(3, 90, 1),
-    "radii": Limits(10, 600, 1),
+    "circumferences": Limits(10, 500, 1, is_whole=True),
+    "points": Limits(3, 90, 1, is_whole=True),
+    "radii": Limits(10, 600, 1, is_whole=True),
     "radius_max_mm": Limits(10, 250, 0.5, "mm"),
     "radius_min_mm": Limits(0.5, 9.5, 0.5, "mm"),
     "max_difference_mm": Limits(0, 10, 0.05, "mm"),
     "tilt_deg": Limits(0, 15, 0.5, "°"),
     "wall_mm": Limits(0, 5, 0.1, "mm"),
 }
-WHOLE = ("circumferences", "points", "radii")
 NAMES = {
     "circumferences": "L",
     "points": "N",
@@ -65,14 +58,14 @@ HEIGHT_LIMIT_MM = 2000.0
 
 @dataclass(frozen=True)
 class Choice:
-    """What the user is looking at.
+    """What the user has chosen.
 
     Args:
         recording: id; None: the first one.
         pair: views of the fit; None: the pair that the estimate used.
         frame: frame index; None: the best frame.
         shape: parameters of the fit.
-        crop_s: start and end of what the filling network hears, in hundredths of a second; None: the whole.
+        crop_s: start and end of the filling network's input, in hundredths of a second; None: the whole.
         channel: microphone that is drawn and played, from 0; None: the mean of all.
     """
 
@@ -97,22 +90,15 @@ class Choice:
 
 def to_params(choice: Choice) -> dict[str, str]:
     """The address' query parameters of a choice: only what differs from the defaults."""
-    params = {}
-    if choice.recording is not None:
-        params["recording"] = choice.recording
-    if choice.pair is not None:
-        params["pair"] = "-".join(choice.pair)
-    if choice.frame is not None:
-        params["frame"] = str(choice.frame)
-    if choice.crop_s is not None:
-        params["crop"] = "-".join(f"{end_s:.2f}" for end_s in choice.crop_s)
-    if choice.channel is not None:
-        params["ch"] = str(choice.channel + 1)
+    params = {} if choice.recording is None else {"recording": choice.recording}
+    for short, (name, _, write) in FIELDS.items():
+        value = getattr(choice, name)
+        if value is not None:
+            params[short] = write(value)
     if choice.preset != "paper":
         params["preset"] = choice.preset
-    for name, value in _differences(choice.shape, SHAPE_PRESETS[choice.preset]).items():
-        params[NAMES[name]] = _text(value)
-    return params
+    differences = _differences(choice.shape, SHAPE_PRESETS[choice.preset])
+    return params | {NAMES[name]: _text(value) for name, value in differences.items()}
 
 
 def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
@@ -126,42 +112,33 @@ def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
         the caller to find out.
     """
     problems: list[str] = []
+    choice = Choice(params.get("recording"))
 
-    def read(name: str, parse: Callable[[str], Any], default: Any) -> Any:
-        text = params.get(name)
-        if text is None:
-            return default
+    def follow(short: str, change: Callable[[Choice, str], Choice]) -> Choice:
+        text = params.get(short)
         try:
-            return parse(text)
+            return choice if text is None else change(choice, text)
         except (ValueError, ArgumentError) as error:
-            problems.append(f"The address has {name}={text[:40]!r}, which was left out: {error}.")
-            return default
+            problems.append(f"The address has {short}={(text or '')[:40]!r}: ignored; {error}.")
+            return choice
 
-    unknown = sorted(set(params) - {"recording", "pair", "frame", "crop", "ch", "preset", *NAMES.values()})
+    unknown = sorted(set(params) - {"recording", "preset", *FIELDS, *NAMES.values()})
     if unknown:
-        problems.append(f"The address has parameters that mean nothing here: {', '.join(unknown)[:80]!r}.")
-    shape = SHAPE_PRESETS[read("preset", _preset, "paper")]
+        problems.append(f"The address has unknown parameters: {', '.join(unknown)[:80]!r}.")
+    choice = follow("preset", lambda choice, text: replace(choice, shape=_preset(text)))
+    for short, (name, parse, _) in FIELDS.items():
+        choice = follow(short, partial(_with, name=name, parse=parse))
     for name, short in NAMES.items():
-        value = read(short, _PARSERS[name], None)
-        if value is not None:
-            shape = _changed(shape, name, value, problems)
-    choice = Choice(
-        params.get("recording"),
-        read("pair", _pair, None),
-        read("frame", _frame, None),
-        shape,
-        read("crop", _crop, None),
-        read("ch", _channel, None),
-    )
+        choice = follow(short, partial(_with_shape, name=name))
     return choice, tuple(problems)
 
 
-def _changed(shape: ShapeParameters, name: str, value: Any, problems: list[str]) -> ShapeParameters:
-    try:
-        return replace(shape, **{name: value})
-    except ArgumentError as error:
-        problems.append(f"The address has {NAMES[name]}={_text(value)!r}, which was left out: {error}.")
-        return shape
+def _with(choice: Choice, text: str, *, name: str, parse: Callable[[str], Any]) -> Choice:
+    return replace(choice, **{name: parse(text)})
+
+
+def _with_shape(choice: Choice, text: str, *, name: str) -> Choice:
+    return replace(choice, shape=replace(choice.shape, **{name: _PARSERS[name](text)}))
 
 
 def _differences(shape: ShapeParameters, preset: ShapeParameters) -> dict[str, Any]:
@@ -174,23 +151,23 @@ def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _preset(text: str) -> str:
+def _preset(text: str) -> ShapeParameters:
     if text not in SHAPE_PRESETS:
-        raise ArgumentError(f"there are the presets {', '.join(SHAPE_PRESETS)}")
-    return text
+        raise ArgumentError(f"available presets: {', '.join(SHAPE_PRESETS)}")
+    return SHAPE_PRESETS[text]
 
 
 def _pair(text: str) -> Pair:
     pair = tuple(text.split("-"))
     if pair not in PAIRS:
-        raise ArgumentError(f"there are the pairs {', '.join('-'.join(pair) for pair in PAIRS)}")
+        raise ArgumentError(f"available pairs: {', '.join('-'.join(pair) for pair in PAIRS)}")
     return pair[0], pair[1]
 
 
 def _frame(text: str) -> int:
     frame = _number(text, whole=True)
     if not 0 <= frame < 10_000_000:
-        raise ArgumentError("frames count from 0")
+        raise ArgumentError("frames are numbered from 0")
     return int(frame)
 
 
@@ -198,14 +175,14 @@ def _crop(text: str) -> tuple[float, float]:
     start, _, end = text.partition("-")
     start_s, end_s = (round(_number(part, whole=False), 2) for part in (start, end))
     if not 0 <= start_s < end_s:
-        raise ArgumentError("START-END in seconds was expected")
+        raise ArgumentError("expected START-END in seconds")
     return start_s, end_s
 
 
 def _channel(text: str) -> int:
     channel = _number(text, whole=True)
     if not 1 <= channel <= CHANNELS:
-        raise ArgumentError(f"there are the microphones 1 to {CHANNELS}")
+        raise ArgumentError(f"allowed range 1–{CHANNELS}")
     return int(channel) - 1
 
 
@@ -215,43 +192,46 @@ def _number(text: str, *, whole: bool) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or (whole and value != int(value)):
-        raise ArgumentError("a whole number was expected" if whole else "a finite number was expected")
+        raise ArgumentError(f"expected a {'whole' if whole else 'finite'} number")
     return int(value) if whole else value
 
 
-def _limited(name: str) -> Callable[[str], float]:
-    limits = LIMITS[name]
-
-    def parse(text: str) -> float:
-        value = _number(text, whole=name in WHOLE)
-        if not limits.low <= value <= limits.high:
-            raise ArgumentError(f"{limits.low:g} to {limits.high:g} {limits.unit}".strip() + " is possible")
-        return value
-
-    return parse
+def _limited(text: str, *, limits: Limits) -> float:
+    value = _number(text, whole=limits.is_whole)
+    if not limits.low <= value <= limits.high:
+        raise ArgumentError(f"allowed range {limits.low:g}–{limits.high:g} {limits.unit}".strip())
+    return value
 
 
 def _height_range(text: str) -> HeightRange:
     reference, *offsets = text.split(":")
     if len(offsets) != 2:
-        raise ArgumentError("masks:LOW:HIGH, world:LOW:HIGH or centroid:LOW:HIGH in mm was expected")
+        raise ArgumentError("expected masks:LOW:HIGH, world:LOW:HIGH or centroid:LOW:HIGH in mm")
     low, high = (_number(offset, whole=False) for offset in offsets)
     if max(abs(low), abs(high)) > HEIGHT_LIMIT_MM:
-        raise ArgumentError(f"heights are within {HEIGHT_LIMIT_MM:g} mm")
+        raise ArgumentError(f"allowed range ±{HEIGHT_LIMIT_MM:g} mm")
     return HeightRange(cast(HeightReference, reference), low, high)
 
 
 def _switch(text: str) -> bool:
     if text not in ("True", "False"):
-        raise ArgumentError("True or False was expected")
+        raise ArgumentError("expected True or False")
     return text == "True"
 
 
 _PARSERS: dict[str, Callable[[str], Any]] = {
-    **{name: _limited(name) for name in LIMITS},
+    **{name: partial(_limited, limits=limits) for name, limits in LIMITS.items()},
     "fit_rule": str,
     "width_rule": str,
     "height_range": _height_range,
     "boxes": _switch,
     "all_views": _switch,
 }
+
+FIELDS: dict[str, tuple[str, Callable[[str], Any], Callable[[Any], str]]] = {
+    "pair": ("pair", _pair, "-".join),
+    "frame": ("frame", _frame, str),
+    "crop": ("crop_s", _crop, lambda crop_s: "-".join(f"{end_s:.2f}" for end_s in crop_s)),
+    "ch": ("channel", _channel, lambda channel: str(channel + 1)),
+}
+"""By name in the address: the field of a choice, and how it is read and written."""

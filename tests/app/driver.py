@@ -6,12 +6,14 @@ import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from streamlit.testing.v1 import AppTest
+from streamlit.runtime.scriptrunner_utils.script_requests import RerunData
+from streamlit.testing.v1 import AppTest, local_script_runner
 
 APP = Path(__file__).resolve().parents[2] / "app.py"
 PAGES = {name: f"pages/{name}.py" for name in ("recordings", "frames", "shape", "filling", "mass", "evaluation")}
@@ -59,6 +61,12 @@ class Visitor:
         self._sequences[plot] = self._sequences.get(plot, 0) + 1
         self.test.session_state[plot] = {"report": {"sequence": self._sequences[plot], **report}}
         self.test.run()
+
+    def drag(self, plot: str, **values: float) -> None:
+        """Drag sliders of a linked plot: only the part of the page runs that holds it, as in a browser."""
+        [part] = self.test._fragment_storage._fragments
+        with patch.object(local_script_runner, "RerunData", partial(RerunData, fragment_id=part)):
+            self.report(plot, values=values, settled=False)
 
     def select_row(self, row: int) -> None:
         """Tick the box of a row of the recordings' table."""
@@ -182,14 +190,14 @@ def seen(markdown: str) -> str:
 
 def rings(plot: dict[str, Any]) -> int:
     """How many circumferences a hull's figure draws: each ends in a gap."""
-    names = ("circumferences", "smoothed away", "lower and upper end")
+    names = ("circumferences", "rejected by d_max", "lower and upper end")
     traces = [trace for trace in plot["figure"]["data"] if trace.get("name") in names]
     return sum(int(np.isnan(trace["x"]).sum()) for trace in traces)
 
 
 def amount(text: str) -> float:
     """The number that a measure begins with."""
-    return float(text.split(maxsplit=1)[0].replace(",", ""))
+    return float(text.split(maxsplit=1)[0].replace(",", "").replace("−", "-"))
 
 
 def _decoded(value: Any) -> Any:

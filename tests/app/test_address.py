@@ -58,7 +58,7 @@ def test_frame_beyond_the_end_is_said_once_and_the_best_one_shown(sound_root: Pa
     assert visitor.crashes == []
     assert len(visitor.warnings) == 1
     assert "frame='6'" in visitor.warnings[0]
-    assert "0 to 5" in visitor.warnings[0]
+    assert "allowed range 0–5" in visitor.warnings[0]
     assert visitor.address == {"recording": "000000"}
     visitor.test.run()
     assert len(visitor.warnings) == 1
@@ -126,6 +126,16 @@ def test_pages_share_the_choice_although_navigation_empties_the_address(tiny_dat
     assert visitor.address == {"recording": "000000", "frame": "4", "L": "60"}
     visitor.open("shape")
     assert {slider["value"] for slider in visitor.plots["hull"]["sliders"]} == {60, 1.0}
+
+
+def test_pair_and_frame_are_shown_as_chosen_on_every_page(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root).open("frames")
+    for page in ("frames", "shape", "mass", "shape"):
+        visitor.open(page)
+        assert visitor.widget("pair_control").value == ("view3", "view1")
+    visitor.choose("frame_control", 2)
+    visitor.open("mass")
+    assert visitor.widget("frame_control").value == 2
 
 
 def test_going_back_restores_what_the_older_address_says(tiny_dataset_root: Path) -> None:

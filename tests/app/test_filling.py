@@ -14,10 +14,11 @@ import torch
 from corsmal.dataset import open_dataset
 from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, FillingPredictor, save_filling
 from corsmal.filling.features import recording_features
-from corsmal.ui import data
+from corsmal.ui import media
 from corsmal.ui.filling import sound, timeline
 from corsmal.ui.filling.downloads import windows_table
 from corsmal.ui.media import GAIN
+from corsmal.ui.opened import OpenedRecording
 from tests.app.driver import Visitor
 from tests.tiny import SAMPLE_RATE_HZ, write_audio
 
@@ -156,7 +157,7 @@ def test_address_holds_the_crop_and_the_microphone(noisy: Path, weights: Path) -
 
 def test_crop_after_the_end_is_left_out_and_reported(noisy: Path) -> None:
     other = Visitor(noisy, recording=NAME, crop="100-200").open("filling")
-    assert other.warnings == ["The crop from 100.00 to 200.00 s was left out: the recording ends at 3.00 s."]
+    assert other.warnings == ["The crop from 100.00 to 200.00 s was ignored: the recording ends at 3.00 s."]
     assert span_of(other) == (0, 3)
     assert other.address == {"recording": NAME}
 
@@ -183,7 +184,7 @@ def test_frame_after_the_end_is_left_out_and_reported(noisy: Path) -> None:
     other = Visitor(noisy, recording=NAME, frame="6").open("filling")
     assert other.crashes == []
     (warning,) = other.warnings
-    assert "frames 0 to 5" in warning
+    assert "allowed range 0–5" in warning
     assert other.address == {"recording": NAME}
 
 
@@ -207,7 +208,7 @@ def test_windows_slide_across_the_recording(visitor: Visitor, root: Path, weight
 
 def test_what_is_heard_is_the_crop_at_the_fixed_gain(noisy: Path) -> None:
     recording = open_dataset(noisy)[NAME]
-    samples, rate = soundfile.read(io.BytesIO(sound.wav(recording, channel=2, crop_s=(0.5, 1.5))))
+    samples, rate = soundfile.read(io.BytesIO(sound.wav(OpenedRecording(recording), 2, (0.5, 1.5))))
     expected = GAIN * recording.audio().samples[2, rate // 2 : rate // 2 + rate]
     np.testing.assert_allclose(samples, expected, atol=1e-4)
 
@@ -303,7 +304,7 @@ def test_recording_without_annotation_has_an_answer_without_a_verdict(root: Path
 
 def test_real_recording_is_heard(real_root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # the start page would copy four videos
-    monkeypatch.setattr(data, "playable_video", lambda recording, view: recording.views[view].video_path)
+    monkeypatch.setattr(media, "playable_video", lambda view, **_: view.video_path)
     visitor = Visitor(real_root, recording="000618").open("filling")
     assert visitor.crashes == visitor.errors == visitor.warnings == []
     assert span_of(visitor) == (0, 2.65)

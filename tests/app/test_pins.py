@@ -1,5 +1,7 @@
 from pathlib import Path
 
+import streamlit as st
+
 from corsmal.ui import pins
 from tests.app.driver import Visitor
 
@@ -31,9 +33,12 @@ def test_hull_and_pictures_are_pinned_in_order_and_kept_between_pages(sound_root
 
 def test_what_cannot_be_pinned_is_said_and_nothing_is_pinned(root: Path) -> None:
     visitor = Visitor(root).open("frames")
-    (root / "view3" / "rgb" / "000000.mp4").unlink()
+    video = root / "view3" / "rgb" / "000000.mp4"
+    video.write_bytes(b"")
+    st.cache_resource.clear()
     visitor.press("Pin the pictures")
     assert visitor.crashes == []
+    assert str(video) in visitor.test.toast[0].value.replace("\\", "")
     assert pinned(visitor) == []
 
 
@@ -45,7 +50,7 @@ def test_sound_and_masks_are_pinned(sound_root: Path) -> None:
     assert visitor.crashes == []
     sound, masks = visitor.test.session_state[pins.KEY]
     assert sound.title.startswith("Sound of 000000, ")
-    assert sound.title.endswith(", all of it")
+    assert sound.title.endswith(", whole recording")
     assert sound.content[:4] == b"RIFF"
     assert masks.title == "Mask of 000000, view3, frame 5"
     assert masks.figure.data

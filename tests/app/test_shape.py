@@ -233,6 +233,6 @@ def test_the_best_explained_frame_of_the_whole_recording_is_one_press_away(visit
     recording = open_dataset(sound_root)["000000"]
     found = estimate(recording, shape=ShapeParameters.tuned())
     assert found.fit is not None
-    visitor.press(f"Frame {found.fit.frame}: its masks are explained best")
+    visitor.press(f"Go to the best-fitting frame ({found.fit.frame})")
     assert visitor.crashes == []
     assert visitor.widget("frame_control").value == found.fit.frame

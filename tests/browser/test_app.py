@@ -14,7 +14,7 @@ pytestmark = pytest.mark.browser
 HULL = "Hull, circumferences and cameras in 3D"
 CAMERA = "node => node._fullLayout.scene._scene.getCamera()"
 RINGS = """node => node._fullData
-  .filter((trace) => ["circumferences", "smoothed away", "lower and upper end"].includes(trace.name))
+  .filter((trace) => ["circumferences", "rejected by d_max", "lower and upper end"].includes(trace.name))
   .reduce((sum, trace) => sum + [...trace.x].filter(Number.isNaN).length, 0)"""
 MORE_RINGS = f"([node, before]) => ({RINGS})(node) > before"
 

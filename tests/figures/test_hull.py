@@ -33,7 +33,7 @@ def from_axis(points_mm):
 
 def test_circumferences_are_closed_rings_at_their_radius_and_height():
     found = traces(hull_figure(made_hull(), made_dimensions(), cameras=CAMERAS))
-    groups = {"circumferences": [3, 6], "smoothed away": [1, 5], "lower and upper end": [2, 4]}
+    groups = {"circumferences": [3, 6], "rejected by d_max": [1, 5], "lower and upper end": [2, 4]}
     for name, indices in groups.items():
         rings = pieces_of(found[name])
         assert len(rings) == len(indices), name

@@ -10,11 +10,11 @@ def test_radii_are_told_apart_by_what_became_of_them():
     found = traces(profile_figure(made_hull(), made_dimensions()))
     assert {name: list(zip(trace.x, trace.y, strict=True)) for name, trace in found.items()} == {
         "kept": [(40, 50), (40.5, 60), (41, 70), (60, 90)],
-        "smoothed away": [(55, 40), (41.5, 80)],
-        "fits no view": [(2.5, 30)],
+        "rejected by d_max": [(55, 40), (41.5, 80)],
+        "unfitted": [(2.5, 30)],
     }
     assert found["kept"].mode == "lines+markers"
-    assert found["smoothed away"].mode == "markers"
+    assert found["rejected by d_max"].mode == "markers"
 
 
 def test_the_ends_are_lines_across_the_figure_with_their_widths():
@@ -47,7 +47,7 @@ def test_scales_are_equal_and_the_widest_radius_is_inside():
 
 def test_failed_measures_leave_the_radii_without_ends_and_truth():
     figure = profile_figure(made_hull(), Dimensions(reason="d_max is too small"), truth_mm=(61.0, 98.0, 119.0))
-    assert set(traces(figure)) == {"smoothed away", "fits no view"}
+    assert set(traces(figure)) == {"rejected by d_max", "unfitted"}
     assert len(figure.layout.shapes) == 0
 
 

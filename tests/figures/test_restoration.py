@@ -59,7 +59,7 @@ def test_panels_say_what_they_show_and_the_number_to_read_off():
     assert titles(made()) == [
         ("Seen", "200 px"),
         ("Restored", "200 px added (+100.0 %), axis upright"),
-        ("The network's input", "2 × 2 px, stretched"),
+        ("Network input", "2 × 2 px, stretched"),
     ]
 
 

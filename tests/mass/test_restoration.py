@@ -191,7 +191,7 @@ def test_two_parts_are_both_taken_for_the_container():
     seen[180:200] = False  # a finger across all of it
     seen = gripped(seen, low=80, high=120)
     found = restore_mask(seen)
-    assert found.notes == ("the mask has 2 separate parts: all are taken for the container",)
+    assert found.notes == ("the mask has 2 separate parts; all are used as the container",)
     assert iou(found.mask, whole) > iou(seen, whole) + 0.1
     assert not found.added[180:200].any()
 
@@ -201,11 +201,11 @@ def test_a_hole_is_filled_where_the_mask_faces_it():
     mask[20:80, 20:81] = True
     mask[40:50, 25:35] = False
     found = restore_mask(mask)
-    assert found.notes == ("the mask has a hole: what faces the mask is filled, nothing else",)
+    assert found.notes == ("the mask has a hole; only pixels mirrored from the mask are filled",)
     assert found.mask[20:80, 20:81].all()
     mask[40:50, 66:76] = False
     found = restore_mask(mask)
-    assert found.notes == ("the mask has 2 holes: what faces the mask is filled, nothing else",)
+    assert found.notes == ("the mask has 2 holes; only pixels mirrored from the mask are filled",)
     assert not found.added.any()
 
 

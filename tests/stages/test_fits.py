@@ -31,7 +31,7 @@ def forbid_fitting(monkeypatch):
     def refuse(*_args, **_choices):
         raise AssertionError("this should have come from the store")
 
-    monkeypatch.setattr(fitting, "fit_frame", refuse)
+    monkeypatch.setattr(fitting, "fit_masks", refuse)
 
 
 @pytest.mark.parametrize("shape", [CHOICE["shape"], ShapeParameters.tuned()], ids=["paper", "tuned"])

@@ -1,14 +1,18 @@
 import asyncio
+import base64
 import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import plotly.graph_objects as go
 import pytest
 from streamlit.testing.v1 import AppTest
 
 from corsmal.errors import ArgumentError
 from corsmal.ui.linked_plot import Click, PlotEvent, Shape, Slider, Span, plotly_route
 from corsmal.ui.linked_plot.assets import PLOTLY_URL
+from corsmal.ui.linked_plot.component import _figure_json
 from corsmal.ui.linked_plot.events import PRESSES_MAX, parse_event
 
 SCRIPT = """
@@ -161,6 +165,22 @@ def test_names_and_height_are_checked() -> None:
         "sliders must have different names, got ['a', 'a']",
         "height_px must be positive, got 0",
     ]
+
+
+def test_parts_go_to_the_browser_as_a_checked_figure_would() -> None:
+    trace = {
+        "type": "heatmap",
+        "x": np.arange(3, dtype=np.float32),
+        "z": np.arange(6, dtype=np.uint8).reshape(2, 3).T,
+        "text": np.array(["a", "b"]),
+        "customdata": [[1, None], [2.5, "b"]],
+        "y": np.array([]),
+    }
+    sent = json.loads(_figure_json({"data": [trace], "layout": {"title": {"text": "A"}}}))
+    checked = go.Figure([trace], {"title": {"text": "A"}})
+    assert sent == json.loads(_figure_json(checked))
+    assert sent["data"][0]["z"]["shape"] == "3, 2"
+    assert np.frombuffer(base64.b64decode(sent["data"][0]["z"]["bdata"]), np.uint8).tolist() == [0, 3, 1, 4, 2, 5]
 
 
 def test_plotly_js_comes_from_the_installed_package() -> None:

@@ -1,18 +1,13 @@
-import numpy as np
 import pandas as pd
 import pytest
 
 from corsmal.dataset import open_dataset
-from corsmal.detection import Detections
 from corsmal.ui.recordings import (
     UNKNOWN,
-    detections_table,
     filter_table,
     most_complete,
     recording_labels,
     recordings_table,
-    truth,
-    truth_profile_mm,
 )
 from tests.tiny import CONTAINERS, annotation_row, write_json, write_tiny_dataset
 
@@ -102,47 +97,3 @@ def test_rows_are_kept_by_what_is_on_disk(tmp_path, dataset):
     assert list(filter_table(shown, chosen={}, lacks="video").index) == ["000000", "000001"]
     assert list(filter_table(shown, chosen={}, lacks="complete").index) == ["000000"]
     assert len(filter_table(recordings_table(dataset.table), chosen={}, lacks="complete")) == 2
-
-
-def test_every_detection_has_its_verdict():
-    masks = np.zeros((4, 90, 90), dtype=bool)
-    masks[:, 40:50, 40:50] = True
-    masks[3, 0, 0] = True
-    boxes = [[40, 40, 50, 50], [40, 40, 50, 50], [40, 70, 50, 80], [40, 40, 50, 50]]
-    found = Detections(boxes, [0.8, 0.9, 0.95, 0.4], [86, 47, 44, 1], masks)
-    table = detections_table(found, centre_rule="both thirds")
-    assert list(table.index) == [1, 2, 3, 4]
-    assert list(table["class"]) == ["vase", "cup", "bottle", "class 1"]
-    assert list(table["score"]) == [0.8, 0.9, 0.95, 0.4]
-    assert list(table["mask (px)"]) == [100, 100, 100, 101]
-    assert list(table["verdict"][:2]) == ["kept", "the container"]
-    assert "83 % of the height" in table["verdict"][3]
-    assert table["verdict"][4] == "class 1 is no container"
-    assert detections_table(found, centre_rule="horizontal third")["verdict"][3] == "the container"
-
-
-def test_no_detections_are_an_empty_table():
-    table = detections_table(Detections([], [], [], np.zeros((0, 90, 90), dtype=bool)), centre_rule="none")
-    assert table.shape == (0, 4)
-
-
-def test_the_truth_is_the_annotation_as_far_as_it_is_known(dataset, bare):
-    known = dataset["000001"]
-    assert {name: round(value) for name, value in truth(known).items()} == {
-        "capacity_ml": 450,
-        "width_top_mm": 64,
-        "width_bottom_mm": 64,
-        "height_mm": 140,
-    }
-    assert truth_profile_mm(dataset["000000"]) == (61, 98, 119)
-    assert truth(bare["000000"]) == {}
-    assert truth_profile_mm(bare["000000"]) is None
-
-
-def test_a_truth_with_a_gap_has_no_profile(tmp_path):
-    row = annotation_row(0, CONTAINERS[0])
-    del row["width at the bottom"]
-    write_json(tmp_path / "ccm_tiny_annotation.json", {"annotations": [row]})
-    recording = open_dataset(tmp_path)["000000"]
-    assert "width_bottom_mm" not in truth(recording)
-    assert truth_profile_mm(recording) is None

@@ -1,10 +1,12 @@
 import asyncio
+from pathlib import Path
 
 import cv2
 import numpy as np
 import plotly
 import pytest
 from starlette.applications import Starlette
+from streamlit.web.server.app_discovery import discover_asgi_app
 
 from corsmal.dataset import open_dataset
 from corsmal.ui.routes import DATASETS_MAX, routes, thumbnail_urls
@@ -85,3 +87,7 @@ def test_plotly_comes_from_this_machine():
     status, headers, body = get(f"/corsmal/plotly-{plotly.__version__}.min.js")
     assert (status, headers["content-type"].split(";")[0]) == (200, "text/javascript")
     assert len(body) > 1_000_000
+
+
+def test_streamlit_finds_the_application_with_its_routes() -> None:
+    assert discover_asgi_app(Path(__file__).resolve().parents[2] / "app.py").is_asgi_app

@@ -8,14 +8,16 @@ from corsmal.evaluation import METRICS, confusion_tables, metric_of, paper_table
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE
 from corsmal.figures.evaluation import spread_figure
 from corsmal.figures.heatmaps import confusion_figure
+from corsmal.quantities import BY_NAME
 from corsmal.runs.run import Run
+from corsmal.ui.choosing import one_of
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.evaluation.cached import METRIC_NAMES
 from corsmal.ui.evaluation.links import Focus, focus, focus_container, open_recording, recordings_list
 from corsmal.ui.linked_plot import linked_plot, plot_event
 
 SPREAD, CONFUSION = "errors", "confusion"
-QUANTITY_METRICS = {"filling_level": "filling_level_mpf1", "filling_type": "filling_type_mpf1"}
+CLASSES = {"filling_type": "Filling type", "filling_level": "Filling level"}
 
 
 def spread_section(run: Run, dataset: Dataset) -> None:
@@ -25,20 +27,14 @@ def spread_section(run: Run, dataset: Dataset) -> None:
     if not known:
         st.info("No estimate of this run can be compared with the annotation.", icon=":material/info:")
         return
-    metric = st.segmented_control(
-        "Metric",
-        known,
-        default="capacity_mape" if "capacity_mape" in known else known[0],
-        required=True,
-        format_func=METRIC_NAMES.__getitem__,
-        key="spread_metric",
-    )
+    default = "capacity_mape" if "capacity_mape" in known else None
+    metric = one_of("Metric", {each: METRIC_NAMES[each] for each in known}, key="spread_metric", default=default)
     is_class = METRICS[metric] in CLASS_NAMES
-    event = plot_event("spread")
-    if event.click is not None and isinstance(event.click.customdata, str):
-        if event.click.customdata in errors.index:
-            open_recording(run, event.click.customdata, metric=metric)
-        focus_container(errors, section=SPREAD, metric=metric, container=event.click.customdata)
+    click = plot_event("spread").click
+    if click is not None and isinstance(click.customdata, str):
+        if click.customdata in errors.index:
+            open_recording(run, click.customdata, metric=metric)
+        focus_container(errors, section=SPREAD, metric=metric, container=click.customdata)
     bars = _bars(evaluation.containers(run, dataset), metric)
     points = None if is_class else errors[["container", "failed"]].assign(error=errors[METRICS[metric]])
     linked_plot(
@@ -58,14 +54,7 @@ def spread_section(run: Run, dataset: Dataset) -> None:
 def confusion_section(run: Run, dataset: Dataset) -> None:
     """Fig. 3: which class is predicted for which, by cup, glass and box."""
     errors = evaluation.errors(run, dataset)
-    quantity = st.segmented_control(
-        "Classes",
-        list(CLASS_NAMES),
-        default="filling_type",
-        required=True,
-        format_func={"filling_type": "Filling type", "filling_level": "Filling level"}.__getitem__,
-        key="confusion_quantity",
-    )
+    quantity = one_of("Classes", CLASSES, key="confusion_quantity")
     tables = {kind: table for kind, table in confusion_tables(errors, quantity).items() if table.to_numpy().any()}
     if not tables:
         st.info(
@@ -73,8 +62,7 @@ def confusion_section(run: Run, dataset: Dataset) -> None:
             icon=":material/graphic_eq:",
         )
         return
-    event = plot_event("confusion")
-    click = event.click
+    click = plot_event("confusion").click
     if click is not None and click.curve < len(tables):
         kind = list(tables)[click.curve]
         columns, rows = list(tables[kind].columns), list(tables[kind].index)
@@ -84,7 +72,7 @@ def confusion_section(run: Run, dataset: Dataset) -> None:
                 errors, quantity, kind=kind, true_class=rows.index(click.y), predicted_class=predicted
             )
             title = f"{kind}, {click.y} taken for {click.x}"
-            focus(Focus(CONFUSION, title, QUANTITY_METRICS[quantity], tuple(behind.index)))
+            focus(Focus(CONFUSION, title, BY_NAME[quantity].metric, tuple(behind.index)))
     linked_plot(
         confusion_figure(tables),
         key="confusion",

@@ -14,7 +14,7 @@ from corsmal.quantities import BY_METRIC
 from corsmal.runs.run import Run
 from corsmal.ui import session
 from corsmal.ui.evaluation.cached import METRIC_NAMES, STAGE_PAGES
-from corsmal.ui.shape.measures import plain
+from corsmal.ui.messages import plain
 
 FOCUS = "evaluation_focus"
 STAGES = {"frames": "Frames", "shape": "Shape", "filling": "Filling", "mass": "Mass"}
@@ -66,7 +66,7 @@ def recordings_list(run: Run, dataset: Dataset, *, section: str, errors: pd.Data
     page = STAGE_PAGES[found.metric]
     st.subheader(f"{plain(found.title)}: {len(ids)} recording{'' if len(ids) == 1 else 's'}")
     if not ids:
-        st.caption("There is none.")
+        st.caption("None.")
         return
     where = "the page where it failed" if found.metric == "failures" else f"the *{STAGES[page]}* page"
     st.caption(f"The worst first. Click a row to open the recording on {where}, with this run's parameters.")
@@ -112,7 +112,7 @@ def behind_table(run: Run, dataset: Dataset, errors: pd.DataFrame, *, metric: st
     name = "" if quantity is None else quantity.name
     if name in CLASS_NAMES:
         names = dict(enumerate(CLASS_NAMES[name]))
-        columns["heard"] = estimates[name].map(names).astype("object").fillna("no estimate")
+        columns["predicted"] = estimates[name].map(names).astype("object").fillna("no estimate")
         columns["truth"] = truth[name].map(names)
         columns["right"] = errors[f"{name}_correct"]
     elif quantity is not None:

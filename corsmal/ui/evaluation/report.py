@@ -8,9 +8,11 @@ import streamlit as st
 from corsmal.dataset import Dataset
 from corsmal.evaluation import STAMPS, comparison_note, table_2_texts
 from corsmal.evaluation.typesetting import UNLIKE
+from corsmal.figures.report import report_html
 from corsmal.runs.run import Run
 from corsmal.ui.evaluation import cached as evaluation
-from corsmal.ui.pins import report_panel
+from corsmal.ui.messages import plain
+from corsmal.ui.pins import pins
 
 
 def report_section(run: Run, dataset: Dataset) -> None:
@@ -42,4 +44,26 @@ def report_section(run: Run, dataset: Dataset) -> None:
         **{f"{part} digest": digest for part, digest in run.digests.items() if digest is not None},
         **asdict(run.settings.shape),
     }
-    report_panel(f"Run {run.name}", tables, parameters, banner=STAMPS[protocol])
+    chosen = pins()
+    if not chosen:
+        st.info(
+            "Nothing is pinned yet: the pages have a *Pin* button under what they show.", icon=":material/push_pin:"
+        )
+    for index, pin in enumerate(chosen):
+        left, right = st.columns([8, 1], vertical_alignment="center")
+        left.markdown(f":material/push_pin: {plain(pin.title)}")
+        right.button("Remove", key=f"unpin_{index}", on_click=_remove, args=(index,), icon=":material/close:")
+    st.download_button(
+        "Download report (HTML)",
+        lambda: report_html(
+            f"Run {run.name}", banner=STAMPS[protocol], tables=tables, pins=chosen, parameters=parameters
+        ).encode(),
+        "report.html",
+        "text/html",
+        icon=":material/download:",
+        on_click="ignore",
+    )
+
+
+def _remove(index: int) -> None:
+    del pins()[index]

@@ -14,7 +14,7 @@ from corsmal.ui import data, session
 from corsmal.ui.detecting import DETECTORS
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.jobs import Job, progress_text
-from corsmal.ui.shape.measures import guarded, plain
+from corsmal.ui.messages import guarded, plain
 from corsmal.weights import find_weights
 
 RUN = "evaluation_run"

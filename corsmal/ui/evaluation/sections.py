@@ -6,6 +6,7 @@ from corsmal.dataset import Dataset
 from corsmal.evaluation import PROTOCOLS, STAMPS
 from corsmal.evaluation.typesetting import TITLES
 from corsmal.runs.run import Run
+from corsmal.ui.choosing import one_of
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.evaluation.attribution import attribution_section
 from corsmal.ui.evaluation.comparison import comparison_section
@@ -15,9 +16,8 @@ from corsmal.ui.evaluation.leaderboard import leaderboard_section
 from corsmal.ui.evaluation.report import report_section
 from corsmal.ui.evaluation.sweep import sweep_section
 from corsmal.ui.evaluation.tables import container_section, rows_section
-from corsmal.ui.shape.measures import guarded
+from corsmal.ui.messages import guarded
 
-SECTION = "evaluation_section"
 SECTIONS = {
     "Containers": container_section,
     "Errors": spread_section,
@@ -33,16 +33,7 @@ SECTIONS = {
 
 def section_control() -> str:
     """Choose what is shown."""
-    st.session_state["section_control"] = st.session_state.get(SECTION, "Containers")
-    st.segmented_control(
-        "Show",
-        list(SECTIONS),
-        key="section_control",
-        required=True,
-        label_visibility="collapsed",
-        on_change=lambda: st.session_state.update({SECTION: st.session_state["section_control"]}),
-    )
-    return str(st.session_state.get(SECTION, "Containers"))
+    return one_of("", {name: name for name in SECTIONS}, key="section_control")
 
 
 def protocol_control() -> None:

@@ -15,6 +15,7 @@ from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.evaluation.typesetting import TITLES, UNLIKE
 from corsmal.runs.run import Run
+from corsmal.ui.choosing import one_of
 from corsmal.ui.evaluation import cached as evaluation
 from corsmal.ui.evaluation.cached import METRIC_NAMES
 from corsmal.ui.evaluation.downloads import downloads, submission
@@ -41,20 +42,14 @@ def container_section(run: Run, dataset: Dataset) -> None:
     """Table 2 beside the paper's; a click on a number lists its recordings."""
     errors, protocol = evaluation.errors(run, dataset), evaluation.protocol()
     left, right = st.columns([5, 3], vertical_alignment="bottom")
-    side = left.segmented_control(
-        "Beside each number",
-        list(SIDES),
-        default="difference",
-        required=True,
-        format_func=SIDES.__getitem__,
-        key="table_side",
-    )
+    with left:
+        side = one_of("Beside each number", SIDES, key="table_side")
     others = [name for name in PROTOCOLS if name != protocol]
     more = right.pills(
         "Further column groups", others, selection_mode="multi", format_func=TITLES.__getitem__, key=f"more {protocol}"
     )
     cells = evaluation.cells(run, dataset, protocol, *more)
-    shown, styled = table_2(evaluation.containers(run, dataset), cells, side=str(side))
+    shown, styled = table_2(evaluation.containers(run, dataset), cells, side=side)
     event = st.dataframe(
         styled,
         key=f"table_2 {run.name} {side} {protocol} {more}",

@@ -1,56 +1,51 @@
-"""What one may take along from the Filling page: the sound, the sliding window, and a pin for the report."""
+"""What can be downloaded or pinned on the Filling page: the sound and the sliding window."""
 
 from collections.abc import Sequence
 
 import pandas as pd
 import streamlit as st
 
-from corsmal.dataset import Recording
 from corsmal.figures.report import Pin
 from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
 from corsmal.ui import media, session
+from corsmal.ui.downloading import download_buttons
 from corsmal.ui.filling import sound
-from corsmal.ui.filling.timeline import HEADS
+from corsmal.ui.filling.answer import HEADS
+from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.pins import pin_button
 
 
-def downloads(recording: Recording, *, crop_s: sound.Seconds | None, has_answer: bool) -> None:
-    """Buttons for what is heard as a WAV and for the sliding window as a table."""
-    left, middle, right = st.columns(3)
+def downloads(opened: OpenedRecording, *, crop_s: sound.Seconds | None, has_answer: bool) -> None:
+    """Buttons for the crop as a WAV and for the sliding window as a table."""
     channel = session.choice().channel
     microphone = "mean" if channel is None else f"microphone{channel + 1}"
     clip = "whole" if crop_s is None else "{:.2f}-{:.2f}s".format(*crop_s)
-    left.download_button(
-        "What is heard as WAV",
-        lambda: sound.wav(recording, channel=channel, crop_s=crop_s),
-        f"{recording.id}_{microphone}_{clip}.wav",
-        icon=":material/download:",
-        on_click="ignore",
-        width="stretch",
-    )
+    left, right = st.columns([2, 1])
+    with left:
+        table = lambda: windows_table(sound.windows(opened)).to_csv(index=False).encode()  # noqa: E731
+        download_buttons(
+            {
+                "Download crop (WAV)": (
+                    f"{opened.id}_{microphone}_{clip}.wav",
+                    lambda: sound.wav(opened, channel, crop_s),
+                ),
+                "Download sliding window (CSV)": (f"{opened.id}_windows.csv", table if has_answer else None),
+            }
+        )
     with right:
-        pin_button("the sound", lambda: _clip(recording, crop_s), key="sound")
-    middle.download_button(
-        "Sliding window as CSV",
-        lambda: windows_table(sound.windows(recording)).to_csv(index=False).encode(),
-        f"{recording.id}_windows.csv",
-        icon=":material/download:",
-        on_click="ignore",
-        disabled=not has_answer,
-        width="stretch",
-    )
+        pin_button("the sound", lambda: [_clip(opened, crop_s)], key="sound")
 
 
-def _clip(recording: Recording, crop_s: sound.Seconds | None) -> Pin:
-    """What is heard, as it is pinned for a report."""
+def _clip(opened: OpenedRecording, crop_s: sound.Seconds | None) -> Pin:
+    """The crop, as it is pinned for a report."""
     channel = session.choice().channel
-    part = "all of it" if crop_s is None else "{:.2f} to {:.2f} s".format(*crop_s)
-    title = f"Sound of {recording.id}, {media.channel_name(channel)}, {part}"
-    return Pin(title, content=sound.wav(recording, channel=channel, crop_s=crop_s), medium="audio/wav")
+    part = "whole recording" if crop_s is None else "{:.2f} to {:.2f} s".format(*crop_s)
+    title = f"Sound of {opened.id}, {media.channel_name(channel)}, {part}"
+    return Pin(title, content=sound.wav(opened, channel, crop_s), medium="audio/wav")
 
 
 def windows_table(windows: Sequence[FillingPrediction]) -> pd.DataFrame:
-    """A row per window: where it is, s, what it says, and the probabilities and logits of both heads."""
+    """A row per window: its ends, s, the predicted classes, and the probabilities and logits of both heads."""
     return pd.DataFrame([_window_row(window) for window in windows])
 
 

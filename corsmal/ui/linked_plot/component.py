@@ -13,17 +13,23 @@ moves the sliders. An event is handed out once: by ``plot_event`` if the page as
 ``linked_plot``.
 """
 
+import base64
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
+import numpy as np
 import plotly.graph_objects as go
 import streamlit as st
 from plotly.io.json import to_json_plotly
 
 from corsmal.errors import ArgumentError
+from corsmal.figures.style import Part
 from corsmal.ui.linked_plot.assets import PLOTLY_URL, read_asset
 from corsmal.ui.linked_plot.events import PlotEvent, Slider, Span, parse_event
+
+ARRAY_TYPES = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")
+"""What a browser has arrays of."""
 
 _component = st.components.v2.component(
     "corsmal.linked_plot",
@@ -34,7 +40,7 @@ _component = st.components.v2.component(
 
 
 def linked_plot(
-    figure: go.Figure,
+    figure: go.Figure | Part,
     *,
     key: str,
     label: str,
@@ -50,7 +56,7 @@ def linked_plot(
     the app's theme.
 
     Args:
-        figure: the figure; width, height and template are replaced.
+        figure: the figure, or the parts of a ``Drawing``; width, height and template are replaced.
         key: names the plot in ``st.session_state``; unique in the app.
         label: accessible name.
         height_px: height of the figure without the range inputs.
@@ -92,7 +98,7 @@ def linked_plot(
 
 
 def plot_event(key: str) -> PlotEvent:
-    """What the user did to a linked plot since its last run, asked before it is drawn.
+    """What the user did to a linked plot since its last run, for a page that needs it before it draws.
 
     Args:
         key: the plot's key.
@@ -115,10 +121,25 @@ def _acknowledged_key(key: str) -> str:
     return f"{key}.acknowledged"
 
 
-def _figure_json(figure: go.Figure) -> str:
-    parts = figure.to_dict()
+def _figure_json(figure: go.Figure | Part) -> str:
+    parts = figure.to_dict() if isinstance(figure, go.Figure) else _packed(figure)
     parts.get("layout", {}).pop("template", None)
     return str(to_json_plotly(parts))
+
+
+def _packed(value: Any) -> Any:
+    """Arrays of numbers in the form that Plotly unpacks in the browser, as ``Figure.to_dict`` gives them."""
+    if isinstance(value, dict):
+        return {name: _packed(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_packed(part) for part in value]
+    if not isinstance(value, np.ndarray) or not value.size:
+        return value
+    code = f"{value.dtype.kind}{value.dtype.itemsize}"
+    if code not in ARRAY_TYPES:
+        return value
+    packed = {"dtype": code, "bdata": base64.b64encode(value.tobytes()).decode("ascii")}
+    return packed | ({"shape": ", ".join(map(str, value.shape))} if value.ndim > 1 else {})
 
 
 def _no_callback() -> None:

@@ -1,38 +1,30 @@
-"""Pieces of pages: measures beside the truth, problems, the detection job."""
+"""What was measured of a container, beside the truth, and its downloads."""
 
-import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import streamlit as st
 
 from corsmal.dataset import Recording
-from corsmal.errors import CorsmalError
 from corsmal.estimation import Estimate, Fit
-from corsmal.figures import reprojection_figure
-from corsmal.parameters import CentreRule
-from corsmal.quantities import BY_NAME, GEOMETRY
+from corsmal.quantities import BY_NAME, DIMENSIONS, GEOMETRY
 from corsmal.shape import MESH_FORMATS, export_mesh, profile_table
-from corsmal.stages.detections import DetectionSet
-from corsmal.ui import data
-from corsmal.ui.linked_plot import linked_plot
-
-WAITING = "waiting_to_be_said"
+from corsmal.ui.amounts import amount, percent_error
+from corsmal.ui.downloading import download_buttons
+from corsmal.ui.messages import plain
 
 
-@contextmanager
-def guarded() -> Iterator[None]:
-    """Show an error of the library as its sentence, and go on with the rest of the page."""
-    try:
-        yield
-    except CorsmalError as error:
-        st.error(plain(str(error)), icon=":material/error:")
+def annotated(recording: Recording) -> dict[str, float]:
+    """The annotated capacity (mL), widths and height (mm) of a recording, as far as they are known."""
+    values = {name: getattr(recording.annotation, name, None) for name in GEOMETRY}
+    return {name: value for name, value in values.items() if value is not None}
 
 
-def plain(text: str) -> str:
-    """Text for a place that reads Markdown: names of files and what stood in an address are shown as they are."""
-    return re.sub(r"([\\`*_{}\[\]()<>#+!|$:~&-])", r"\\\1", text)
+def annotated_profile_mm(truth: Mapping[str, float]) -> tuple[float, float, float] | None:
+    """Annotated bottom width, top width and height, mm; None unless all are known."""
+    if not truth.keys() >= set(DIMENSIONS):
+        return None
+    return truth["width_bottom_mm"], truth["width_top_mm"], truth["height_mm"]
 
 
 def measures(fit: Fit, *, truth: Mapping[str, float], beside: tuple[str, Fit] | None = None) -> None:
@@ -45,29 +37,18 @@ def measures(fit: Fit, *, truth: Mapping[str, float], beside: tuple[str, Fit] | 
         )
         return
     for column, name in zip(st.columns(4), GEOMETRY, strict=True):
-        label, unit = BY_NAME[name].label, BY_NAME[name].unit
-        value = getattr(fit.dimensions, name)
-        true = truth.get(name)
-        note = "no annotation" if not true else f"{_error(value, true)} of {true:.0f} {unit}"
-        column.metric(label, _amount(value, unit), note, delta_color="off")
+        value, true = getattr(fit.dimensions, name), truth.get(name)
+        note = f"{percent_error(value, true)} of {BY_NAME[name].text(true)}" if true else "no annotation"
+        column.metric(BY_NAME[name].label, amount(name, value), note, delta_color="off", delta_arrow="off")
         if beside is not None and beside[1].ok:
             value = getattr(beside[1].dimensions, name)
-            column.caption(plain(f"{beside[0]}: {_amount(value, unit)}" + (f", {_error(value, true)}" if true else "")))
+            note = f", {percent_error(value, true)}" if true else ""
+            column.caption(plain(f"{beside[0]}: {amount(name, value)}{note}"))
     if fit.hull.depth_mm is not None:
-        st.caption(f"A box: the silhouettes agree better with one than with a round container; {_depth(fit)} deep.")
+        depth = amount("height_mm", fit.hull.depth_mm)
+        st.caption(f"A box: the silhouettes agree better with one than with a round container; {depth} deep.")
     if beside is not None and not beside[1].ok:
         st.caption(plain(f"{beside[0]} failed: {beside[1].dimensions.reason}"))
-
-
-def say_later(sentence: str) -> None:
-    """Have something said by the page: what a callback shows itself would replace the page's first elements."""
-    st.session_state[WAITING] = sentence
-
-
-def say_what_waits() -> None:
-    """Say what a callback left to be said."""
-    if (sentence := st.session_state.pop(WAITING, None)) is not None:
-        st.toast(sentence)
 
 
 def recording_measures(found: Estimate, *, truth: Mapping[str, float]) -> None:
@@ -76,76 +57,27 @@ def recording_measures(found: Estimate, *, truth: Mapping[str, float]) -> None:
         st.error(plain("; ".join(found.notes)), icon=":material/error:")
         return
     for column, name in zip(st.columns(4), GEOMETRY, strict=True):
-        label, unit = BY_NAME[name].label, BY_NAME[name].unit
         value, true = getattr(found, name), truth.get(name)
-        low, high = (_amount(end, unit) for end in found.intervals.get(name, (value, value)))
-        note = f"{low} to {high}" + (f"; {_error(value, true)}" if true else "")
-        column.metric(f"{label}, whole recording", _amount(value, unit), note, delta_color="off", delta_arrow="off")
+        low, high = found.intervals.get(name, (value, value))
+        note = f"90 % interval {low:.0f}–{high:.0f} {BY_NAME[name].unit}"
+        note += f"; error {percent_error(value, true)}" if true else ""
+        label = f"{BY_NAME[name].label}, whole recording"
+        column.metric(label, amount(name, value), note, delta_color="off", delta_arrow="off")
 
 
-def _depth(fit: Fit) -> str:
-    return _amount(fit.hull.depth_mm or 0.0, "mm")
-
-
-def _amount(value: float, unit: str) -> str:
-    return f"{value:.0f} {unit}" if unit == "mL" else f"{value:.1f} {unit}"
-
-
-def _error(value: float, true: float) -> str:
-    return f"{100 * (value - true) / true:+.1f} %"
-
-
-def notes(found: DetectionSet) -> None:
-    """Where the detections come from, and what is wrong with them."""
-    sources = sorted({view.source for view in found.views.values()})
-    if sources:
-        st.caption(f":material/center_focus_strong: Detections: {plain('; '.join(sources))}")
-    for note in found.notes:
-        st.warning(plain(note), icon=":material/warning:")
-
-
-def reprojection(
-    recording: Recording, *, view: str, frame: int, fit: Fit, centre_rule: CentreRule, points: int
-) -> None:
-    """The circumferences over one view's picture and mask."""
-    st.markdown(f"**{view}**, frame {frame}: the circumferences' points over the container's mask")
-    mask = data.mask(recording, view=view, frame=frame, centre_rule=centre_rule)
-    image = data.frame_image(recording, view=view, frame=frame)
-    camera = data.cameras(recording).get(view)
-    if mask is None or camera is None:
-        st.image(data.frame_picture(recording, view=view, frame=frame, centre_rule=centre_rule))
-        st.caption("no mask in this frame" if mask is None else "no calibration: nothing can be projected")
-        return
-    linked_plot(
-        reprojection_figure(image, mask, camera, fit.hull, points=points),
-        key=f"reprojection_{view}",
-        label=f"Circumferences reprojected into {view}",
-        height_px=460,
-        revision=f"{recording.id} {frame}",
-    )
-
-
-def hull_downloads(recording: Recording, fit: Fit) -> None:
+def hull_downloads(recording_id: str, fit: Fit) -> None:
     """Buttons for the hull as a mesh and as a table."""
     if not fit.hull.ok:
         return
-    name = f"{recording.id}_{'-'.join(fit.pair)}_frame{fit.frame}"
-    columns = st.columns(len(MESH_FORMATS) + 1)
-    for column, file_format in zip(columns, MESH_FORMATS, strict=False):
-        column.download_button(
-            f"Hull as {file_format.upper()}",
-            partial(export_mesh, fit.hull, file_format=file_format),
-            f"{name}.{file_format}",
-            icon=":material/download:",
-            on_click="ignore",
-            disabled=not fit.hull.converged.sum() > 1,
-            width="stretch",
+    name, has_surface = f"{recording_id}_{'-'.join(fit.pair)}_frame{fit.frame}", fit.hull.converged.sum() > 1
+    meshes: dict[str, tuple[str, Callable[[], bytes] | None]] = {
+        f"Download hull ({ending.upper()})": (
+            f"{name}.{ending}",
+            partial(export_mesh, fit.hull, file_format=ending) if has_surface else None,
         )
-    columns[-1].download_button(
-        "Radii profile as CSV",
-        lambda: profile_table(fit.hull, fit.dimensions).to_csv(index=False).encode(),
-        f"{name}_profile.csv",
-        icon=":material/download:",
-        on_click="ignore",
-        width="stretch",
+        for ending in MESH_FORMATS
+    }
+    profile = partial(profile_table, fit.hull, fit.dimensions)
+    download_buttons(
+        meshes | {"Download profile (CSV)": (f"{name}_profile.csv", lambda: profile().to_csv(index=False).encode())}
     )

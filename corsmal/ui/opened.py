@@ -1,0 +1,210 @@
+"""A recording as the pages hold it: opened once per run of a page, or of a part of it, and handed down."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cached_property
+
+import numpy as np
+import streamlit as st
+from numpy.typing import NDArray
+
+from corsmal.dataset import Recording, Video
+from corsmal.detection import ViewDetections, filter_detections
+from corsmal.digests import digest, file_fingerprint
+from corsmal.errors import CorsmalError, NotFoundError
+from corsmal.estimation import Estimate, Fit, RecordingMasks, estimate, fit_masks
+from corsmal.figures import draw_detections, jpeg
+from corsmal.geometry import Camera
+from corsmal.parameters import METHOD_VIEWS, PAIRS, SHAPE_PRESETS, CentreRule, SelectionParameters, ShapeParameters
+from corsmal.selection import BestFrame, Pair, select_best_frame
+from corsmal.stages import true_masks
+from corsmal.stages.detections import DetectionSet, load_detections
+from corsmal.stages.fits import load_fit
+from corsmal.ui import data
+from corsmal.ui.caching import by_key, cached
+from corsmal.ui.messages import guarded
+
+PICTURE_WIDTH_PX = 960
+"""Frames are sent this wide at most: three of them side by side fill a large screen."""
+
+
+def fingerprint(recording: Recording) -> str:
+    """A digest of a recording's files: what is cached for it is not used once one of them changed."""
+    paths = [path for view in recording.views.values() for path in (view.video_path, view.calibration_path)]
+    paths += [recording.audio_path, *(view.detections_path for view in recording.views.values())]
+    return digest("recording", recording.id, [file_fingerprint(path) for path in paths if path is not None])
+
+
+def by_detections(opened: "OpenedRecording", *others: object, **options: object) -> tuple[object, ...]:
+    """Results that depend on the detections, too."""
+    return opened.detections.key, by_key(opened, *others, **options)
+
+
+class OpenedRecording:
+    """A recording with its files as they are now; its parts are read when they are needed, at most once.
+
+    Args:
+        recording: the recording.
+
+    Attributes:
+        key: see ``fingerprint``.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+        self.key = fingerprint(recording)
+
+    @property
+    def id(self) -> str:
+        """The recording's id."""
+        return self.recording.id
+
+    @property
+    def job_key(self) -> str:
+        """The key of the job that detects in the recording."""
+        return f"detect {self.key}"
+
+    @cached_property
+    def detections(self) -> DetectionSet:
+        """Files beside the videos, else what the store holds; read again when a job of this server has kept more."""
+        self._seen_job = self._job_state()
+        return self._detections(self._seen_job)
+
+    @property
+    def has_more_detections(self) -> bool:
+        """Whether a job has kept more since the detections were read."""
+        return self._job_state() != self._seen_job
+
+    def _job_state(self) -> object:
+        job = data.jobs().get(self.job_key)
+        return None if job is None else (job.started_s, job.active, job.results)
+
+    @cached(32, spinner="Reading the detections")
+    def _detections(self, job_state: object) -> DetectionSet:
+        del job_state
+        return load_detections(self.recording, store=data.store())
+
+    @cached_property
+    def _source(self) -> RecordingMasks:
+        return RecordingMasks(self.recording, self.detections.views, SelectionParameters())
+
+    @cached(64, key=by_detections, spinner="Scoring the frames")
+    def best_frame(self, pair: Pair) -> BestFrame:
+        """The best frame of a pair, with all scores."""
+        return select_best_frame(self.detections.views, pair=pair)
+
+    @cached(64, key=by_detections)
+    def estimate(self, preset: str) -> Estimate:
+        """The geometry of the recording with a preset."""
+        return estimate(self.recording, detections=self.detections.views, shape=SHAPE_PRESETS[preset])
+
+    @property
+    def estimated_pair(self) -> Pair:
+        """The pair of views that the estimate takes; the first pair where it finds none."""
+        best = self.estimate("paper").best_frame
+        return PAIRS[0] if best is None else best.pair
+
+    @cached(24)
+    def video(self, view: str) -> Video:
+        """A view's video; this and what is read from it raises a ``CorsmalError`` where it cannot be read."""
+        if view not in self.recording.views:
+            raise NotFoundError(f"recording {self.id} has no video of {view}")
+        return self.recording.views[view].video()
+
+    @property
+    def frames(self) -> int:
+        """The number of frames of the longest readable view, at least 1; problems are reported where it is shown."""
+        counts = [1]
+        for view in self.recording.views:
+            with suppress(CorsmalError):
+                counts.append(self.video(view).frame_count)
+        return max(counts)
+
+    @cached(48)
+    def image(self, view: str, frame: int) -> NDArray[np.uint8]:
+        """One frame, (H, W, 3) uint8 RGB, read only."""
+        image = self.video(view)[frame]
+        image.flags.writeable = False
+        return image
+
+    @cached(512, key=by_detections)
+    def picture(self, view: str, frame: int, centre_rule: CentreRule) -> bytes:
+        """One frame as JPEG, with its detections drawn on it where there are any."""
+        image, detections = self.image(view, frame), self.detections.views.get(view)
+        if detections is not None and frame in detections:
+            found = detections[frame]
+            image = draw_detections(image, found, filter_detections(found, centre_rule=centre_rule))
+        return jpeg(image, width=PICTURE_WIDTH_PX)
+
+    @cached(16, key=by_detections)
+    def mask(self, view: str, frame: int, centre_rule: CentreRule) -> NDArray[np.bool_]:
+        """See ``corsmal.estimation.MaskSource``; read only."""
+        mask = self._source.mask(view, frame, centre_rule)
+        mask.flags.writeable = False
+        return mask
+
+    @cached(64)
+    def camera(self, view: str) -> Camera:
+        """See ``corsmal.estimation.MaskSource``."""
+        return self._source.camera(view)
+
+    @property
+    def cameras(self) -> dict[str, Camera]:
+        """The fixed cameras whose calibration can be read, by view."""
+        found = {}
+        for view in METHOD_VIEWS:
+            with suppress(CorsmalError):
+                found[view] = self.camera(view)
+        return found
+
+    def true_mask(self, view: str, frame: int) -> NDArray[np.bool_] | None:
+        """The container's whole (H, W) silhouette in one frame of a view; None where it is not known.
+
+        Raises:
+            FileError: the recording is synthetic, and its truth is broken.
+        """
+        try:
+            found = self._true_masks(view)[frame]
+        except (NotFoundError, KeyError):
+            return None
+        return found.mask(0) if len(found) else np.zeros(found.size, dtype=bool)
+
+    @cached(8)
+    def _true_masks(self, view: str) -> ViewDetections:
+        return true_masks(self.recording, view, kind="amodal")
+
+    def fit(self, best: BestFrame, frame: int, shape: ShapeParameters, *, is_settled: bool = True) -> Fit:
+        """The hull of a pair in one frame; nothing is kept of one that was fitted while something is dragged."""
+        if is_settled:
+            return self._kept_fit(best.pair, frame, best.centre_rule, shape)
+        return fit_masks(self, pair=best.pair, frame=frame, centre_rule=best.centre_rule, shape=shape)
+
+    @cached(64, key=by_detections)
+    def _kept_fit(self, pair: Pair, frame: int, centre_rule: CentreRule, shape: ShapeParameters) -> Fit:
+        return load_fit(
+            self.recording,
+            self.detections,
+            pair=pair,
+            frame=frame,
+            centre_rule=centre_rule,
+            shape=shape,
+            store=data.store(),
+            source=self,
+        )
+
+
+def show_panel(panel: Callable[[OpenedRecording], None], opened: OpenedRecording) -> None:
+    """Show a part of a page that also runs by itself, for the recording as it is then.
+
+    Args:
+        panel: draws the part; an error of the library ends it with its sentence.
+        opened: the recording of the page's own run.
+    """
+    of_page = [opened]
+
+    @st.fragment
+    @guarded()
+    def run() -> None:
+        panel(of_page.pop() if of_page else OpenedRecording(opened.recording))
+
+    run()

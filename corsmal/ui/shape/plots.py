@@ -1,0 +1,77 @@
+"""The hull in 3D, its profile, and its circumferences over the pictures."""
+
+import streamlit as st
+
+from corsmal.errors import CorsmalError
+from corsmal.estimation import Fit
+from corsmal.figures import hull_figure, profile_figure, reprojection_figure
+from corsmal.figures.hull import Scope
+from corsmal.figures.report import Pin
+from corsmal.selection import BestFrame
+from corsmal.shape import Hull
+from corsmal.ui.choosing import one_of
+from corsmal.ui.linked_plot import linked_plot
+from corsmal.ui.messages import guarded
+from corsmal.ui.opened import OpenedRecording
+from corsmal.ui.shape.parameters import live_sliders, preset_button
+
+SCOPES: dict[Scope, str] = {"container": "container", "cameras": "cameras"}
+
+
+def hull_plots(
+    opened: OpenedRecording,
+    fit: Fit,
+    *,
+    beside: tuple[str, Hull] | None,
+    truth_mm: tuple[float, float, float] | None,
+) -> None:
+    """The hull in 3D with the sliders that refit it, and its profile."""
+    left, right = st.columns([3, 2])
+    with left:
+        scopes, button = st.columns([2, 1])
+        with scopes:
+            scope = one_of("", SCOPES, key="scope")
+        with button:
+            preset_button()
+        linked_plot(
+            hull_figure.parts(fit.hull, fit.dimensions, cameras=opened.cameras, scope=scope, beside=beside),
+            key="hull",
+            label="Hull, circumferences and cameras in 3D",
+            sliders=live_sliders(),
+            height_px=520,
+            revision=f"{opened.id} {scope}",
+        )
+    with right:
+        linked_plot(
+            profile_figure.parts(fit.hull, fit.dimensions, truth_mm=truth_mm, beside=beside),
+            key="profile",
+            label="Radius of the circumferences by height",
+            height_px=640,
+            revision=opened.id,
+        )
+
+
+def reprojections(opened: OpenedRecording, best: BestFrame, fit: Fit, *, frame: int, points: int) -> None:
+    """The circumferences over both views' pictures and masks."""
+    for column, view in zip(st.columns(2), best.pair, strict=True):
+        with column, guarded():
+            st.markdown(f"**{view}**, frame {frame}: the circumferences' points over the container's mask")
+            try:
+                mask, camera = opened.mask(view, frame, best.centre_rule), opened.camera(view)
+            except CorsmalError as error:
+                st.image(opened.picture(view, frame, best.centre_rule))
+                st.caption(f"Nothing to project: {error}.")
+                continue
+            linked_plot(
+                reprojection_figure.parts(opened.image(view, frame), mask, camera, fit.hull, points=points),
+                key=f"reprojection_{view}",
+                label=f"Circumferences reprojected into {view}",
+                height_px=460,
+                revision=f"{opened.id} {frame}",
+            )
+
+
+def hull_pins(opened: OpenedRecording, fit: Fit) -> list[Pin]:
+    """The hull, to be pinned for a report, in which it can be turned."""
+    title = f"Hull of {opened.id}, {' + '.join(fit.pair)}, frame {fit.frame}"
+    return [Pin(title, hull_figure(fit.hull, fit.dimensions, cameras=opened.cameras))]
