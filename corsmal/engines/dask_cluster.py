@@ -33,7 +33,7 @@ class DaskCluster:
     workers: int = 2
 
     def __str__(self) -> str:
-        return f"Dask, {self.scheduler or f'{self.workers} processes'}"
+        return f"Dask, {self.scheduler or f'processes: {self.workers}'}"
 
     def __call__(
         self, task: Task, recordings: Sequence[Recording], *, cancelled: Callable[[], bool] = never

@@ -59,7 +59,7 @@ class Processes:
             raise ArgumentError(f"count must be at least 1, got {self.count}")
 
     def __str__(self) -> str:
-        return f"{self.count} processes"
+        return f"processes: {self.count}"
 
     def start(self, task: Callable[[Item], Row], items: Sequence[Item]) -> None:
         """Start all workers ahead of their work; each does the task for one of the items first, in turn.

@@ -72,7 +72,7 @@ def make_run(
             digests={**predictors.digests, "detector": detector},
             method_version=METHOD_VERSION,
             data_digest=data_digest(wanted),
-            created=datetime.now(UTC).isoformat(timespec="seconds"),
+            created=datetime.now(UTC).isoformat(timespec="milliseconds"),
             engine="in turn" if engine is in_turn else str(engine),
         ),
         is_named=name is not None,

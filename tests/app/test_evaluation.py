@@ -8,22 +8,36 @@ import pytest
 
 import corsmal.filling.features  # noqa: F401 - loads PyTorch, before a test's clock runs
 from corsmal.dataset import Dataset, open_dataset
+from corsmal.engines import local
+from corsmal.engines.tasks import open_detector, open_predictors
 from corsmal.estimation import TrainingMeans
 from corsmal.evaluation import METRICS, container_table, error_table, estimates_table
 from corsmal.parameters import ShapeParameters
-from corsmal.runs.run import Run, list_runs, record_run
+from corsmal.runs import Run, list_runs, make_run
+from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors
+from corsmal.stages.settings import DetectorSettings, EstimateSettings, default_settings
 from corsmal.ui import data
-from corsmal.ui.evaluation import cached as evaluation
 from tests.app.driver import Visitor
-from tests.fakes import FakeFilling, FakeMass
+from tests.fakes import FakeDetector, FakeFilling, FakeMass
 
 PAGE = "pages/evaluation.py"
 
 
 @pytest.fixture(autouse=True)
-def fake_networks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evaluation, "make_predictors", predictors)
+def fake_networks(monkeypatch: pytest.MonkeyPatch) -> FakeDetector:
+    """Runs are made in this process, with networks that know their answers; gives the detector."""
+
+    def open_fakes(settings: EstimateSettings) -> Predictors:
+        return Predictors(settings.shape, settings.means, FakeFilling(2, 1), FakeMass(20.0))
+
+    detector = FakeDetector()
+    monkeypatch.setattr(EstimateSettings, "open", open_fakes)
+    monkeypatch.setattr(DetectorSettings, "open", lambda _, **_options: detector)
+    monkeypatch.setattr(local, "default_workers", lambda: 1)
+    open_predictors.cache_clear()
+    open_detector.cache_clear()
+    return detector
 
 
 @pytest.fixture
@@ -36,13 +50,25 @@ def run(dataset: Dataset) -> Run:
     return recorded(dataset, "first")
 
 
-def predictors(dataset: Dataset, shape: ShapeParameters) -> Predictors:
-    return Predictors(shape, TrainingMeans.of(dataset), FakeFilling(2, 1), FakeMass(20.0))
-
-
-def recorded(dataset: Dataset, name: str, shape: ShapeParameters | None = None) -> Run:
-    made = predictors(dataset, shape or ShapeParameters.paper())
-    return record_run(name, dataset, dataset.ids, made, store=data.store())
+def recorded(
+    dataset: Dataset,
+    name: str,
+    shape: ShapeParameters | None = None,
+    *,
+    detector: DetectorSettings | None = None,
+    stop_after: int | None = None,
+) -> Run:
+    means = TrainingMeans.of(dataset)
+    settings = default_settings(dataset, shape=shape or ShapeParameters.paper(), means=means, detector=detector)
+    done: list[int] = []
+    return make_run(
+        name,
+        dataset,
+        settings,
+        store=data.store(),
+        progress=lambda step, _: done.append(step),
+        cancelled=lambda: stop_after in done,
+    )
 
 
 def opened(root: object, section: str | None = None) -> Visitor:
@@ -81,9 +107,9 @@ def test_without_a_run_the_page_says_what_one_is_and_makes_it(dataset: Dataset) 
     visitor.wait_for(no_job)
     visitor.test.run()
     [kept] = list_runs(store=data.store(), dataset=dataset.root)
-    assert (kept.name, kept.is_complete, kept.shape) == ("paper", True, ShapeParameters.paper())
+    assert (kept.name, kept.is_complete, kept.settings.shape) == ("paper", True, ShapeParameters.paper())
     assert len(table(visitor)) == 3 + 1
-    assert "preset `paper` (L 145, d_max 1 mm)" in visitor.sentences
+    assert "parameters: paper (L 145, d_max 1 mm)" in visitor.sentences
     assert visitor.crashes == visitor.errors == []
 
 
@@ -246,25 +272,25 @@ def test_two_runs_are_compared(dataset: Dataset) -> None:
 
 
 @pytest.mark.usefixtures("run")
-def test_blame_replaces_what_the_annotation_knows(dataset: Dataset) -> None:
-    visitor = opened(dataset.root, "Blame")
-    assert "known of the demo alone" in visitor.sentences
-    visitor.press("Find the stage to blame")
+def test_attribution_replaces_what_the_annotation_knows(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Attribution")
+    assert "known only for synthetic recordings" in visitor.sentences
+    visitor.press("Attribute errors to stages")
     visitor.wait_for(no_job)
     visitor.test.run()
     shown = table(visitor)
-    assert list(dict.fromkeys(shown["stage"])) == ["dimensions", "filling"]
+    assert list(dict.fromkeys(shown["stage"])) == ["as it is", "dimensions", "filling"]
     average = shown[(shown["container"] == "Average") & (shown["stage"] == "dimensions")].iloc[0]
     assert average["capacity_mape"] == 0
     assert average["capacity_mape_removed"] == 100
     assert visitor.crashes == visitor.errors == []
 
 
-def test_blame_refuses_a_run_of_other_networks(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
-    recorded(dataset, "first")
-    monkeypatch.setattr(evaluation, "make_predictors", lambda _dataset, shape: Predictors(shape))
-    visitor = opened(dataset.root, "Blame")
-    visitor.press("Find the stage to blame")
+@pytest.mark.usefixtures("run")
+def test_attribution_refuses_a_run_of_other_networks(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(EstimateSettings, "open", lambda settings: Predictors(settings.shape, mass=FakeMass(7.0)))
+    visitor = opened(dataset.root, "Attribution")
+    visitor.press("Attribute errors to stages")
     visitor.wait_for(no_job)
     visitor.test.run()
     assert "make a new run" in visitor.errors[0]
@@ -273,11 +299,7 @@ def test_blame_refuses_a_run_of_other_networks(dataset: Dataset, monkeypatch: py
 @pytest.mark.usefixtures("run")
 def test_a_cell_of_the_sweep_takes_its_setting_to_the_shape_page(dataset: Dataset) -> None:
     visitor = opened(dataset.root, "Sweep")
-    visitor.test.multiselect(key="sweep_circumferences").set_value([40, 70]).run()
-    visitor.test.multiselect(key="sweep_max_differences").set_value([0.5, 1.0]).run()
-    visitor.press("Sweep 4 settings over 2 recordings")
-    visitor.wait_for(no_job)
-    visitor.test.run()
+    sweep(visitor)
     cells = visitor.plots["sweep"]["figure"]["data"][0]
     assert cells["customdata"][1][0] == [40, 1.0, 0, 2]
     visitor.report("sweep", click={"curve": 0, "x": 0, "y": 1, "customdata": [40, 0.5, 0, 2]})
@@ -285,17 +307,61 @@ def test_a_cell_of_the_sweep_takes_its_setting_to_the_shape_page(dataset: Datase
     assert (visitor.address["L"], visitor.address["dmax"]) == ("40", "0.5")
 
 
-def test_a_stopped_run_can_go_on(dataset: Dataset) -> None:
-    made = predictors(dataset, ShapeParameters.paper())
-    asked = iter([False, True])
-    record_run("half", dataset, dataset.ids, made, store=data.store(), cancelled=lambda: next(asked))
+def sweep(visitor: Visitor) -> None:
+    visitor.test.multiselect(key="sweep_circumferences").set_value([40, 70]).run()
+    visitor.test.multiselect(key="sweep_max_differences").set_value([0.5, 1.0]).run()
+    visitor.press("Sweep 4 settings over 2 recordings")
+    visitor.wait_for(no_job)
+    visitor.test.run()
+
+
+@pytest.mark.usefixtures("run")
+def test_a_sweep_belongs_to_its_run_and_outlives_the_session(dataset: Dataset) -> None:
+    recorded(dataset, "other", ShapeParameters(points=9))
+    visitor = opened(dataset.root, "Sweep")
+    assert visitor.test.selectbox(key="run_picker").value == "other"
+    sweep(visitor)
+    assert "sweep" in visitor.plots
+    visitor.test.selectbox(key="run_picker").set_value("first").run()
+    assert "sweep" not in visitor.plots
+    assert "Sweep 4 settings over 2 recordings" in visitor.buttons
+    later = opened(dataset.root, "Sweep")
+    later.test.multiselect(key="sweep_circumferences").set_value([40, 70]).run()
+    later.test.multiselect(key="sweep_max_differences").set_value([0.5, 1.0]).run()
+    later.report("sweep", click={"curve": 0, "x": 0, "y": 1, "customdata": [40, 0.5, 0, 2]})
+    assert title(later) == "Shape"
+    assert later.address["N"] == "9"
+
+
+def test_an_incomplete_run_can_be_resumed(dataset: Dataset) -> None:
+    recorded(dataset, "half", stop_after=1)
     visitor = opened(dataset.root)
-    assert visitor.warnings == ["This run was stopped: 1 of 3 recordings are estimated."]
-    visitor.press("Go on")
+    assert visitor.warnings == ["This run is incomplete: 1 of 3 recordings are estimated."]
+    visitor.press("Resume")
     visitor.wait_for(no_job)
     visitor.test.run()
     assert visitor.warnings == []
     assert list_runs(store=data.store())[0].is_complete
+
+
+@pytest.mark.parametrize(("stop_after", "button"), [(1, "Resume"), (None, "Update")])
+def test_resuming_and_updating_detect_with_the_runs_detector(
+    dataset: Dataset, fake_networks: FakeDetector, stop_after: int | None, button: str
+) -> None:
+    made = recorded(dataset, "half", detector=DetectorSettings(every=6), stop_after=stop_after)
+    assert made.is_complete == (stop_after is None)
+    if stop_after is None:  # new files: what was detected is of no use
+        for path in (data.store().root / "detections").glob("*/*.parquet"):
+            path.unlink()
+    fake_networks.seen = 0
+    visitor = opened(dataset.root)
+    visitor.press(button)
+    visitor.wait_for(no_job)
+    [run] = list_runs(store=data.store())
+    assert run.is_complete
+    assert fake_networks.seen > 0
+    assert run.rows[2]["status"] == "fitted"
+    assert load_detections(dataset["000002"], store=data.store()).views
 
 
 @pytest.mark.usefixtures("run")

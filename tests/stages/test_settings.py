@@ -62,7 +62,7 @@ def trained(dataset, ids, **changes):
 
 def test_rows_say_whether_their_networks_have_seen_them(dataset, store):
     filling, mass = FakeFilling(2, 1), FakeMass(20.0)
-    filling.trained_on = trained(dataset, ["000000"])
+    filling.trained_on, mass.trained_on = trained(dataset, ["000000"]), None
     rows = [load_estimate(each, Predictors(filling=filling, mass=mass), store=store) for each in dataset]
     assert [row["filling_held_out"] for row in rows] == [False, True, True]
     assert [row["mass_held_out"] for row in rows] == [None] * 3  # weights that do not say what they were trained on

@@ -22,7 +22,7 @@ def submission(run: Run, dataset: Dataset) -> None:
     left, right = st.columns(2)
     left.download_button(
         "Estimates as CSV",
-        lambda: run.table.to_csv(index=False).encode(),
+        partial(estimates_file, run),
         f"{run.name}_estimates.csv",
         icon=":material/table:",
         on_click="ignore",
@@ -30,12 +30,22 @@ def submission(run: Run, dataset: Dataset) -> None:
     )
     right.download_button(
         "The challenge's submission file",
-        lambda: submission_csv(submission_table(run.table, recordings=dataset.ids)).encode(),
+        partial(submission_file, run, dataset),
         f"{run.name}_submission.csv",
         icon=":material/upload_file:",
         on_click="ignore",
         width="stretch",
     )
+
+
+def estimates_file(run: Run) -> bytes:
+    """A run's estimates as ``runs export`` writes them to a CSV file."""
+    return run.table.to_csv(index=False).encode()
+
+
+def submission_file(run: Run, dataset: Dataset) -> bytes:
+    """The challenge's file as ``submit`` writes it."""
+    return submission_csv(submission_table(run.table, recordings=dataset.ids)).encode()
 
 
 def notes(sentences: tuple[str, ...]) -> None:

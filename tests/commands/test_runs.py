@@ -1,0 +1,135 @@
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import corsmal.__main__ as cli
+from corsmal.dataset import open_dataset
+from corsmal.engines import local
+from corsmal.errors import CorsmalError, NotFoundError
+from corsmal.evaluation import read_estimates, read_submission
+from corsmal.parameters import ShapeParameters
+from corsmal.runs import list_runs, load_run, make_run
+from corsmal.stages.settings import DetectorSettings, default_settings
+from corsmal.store import Store
+from tests.fakes import FakeDetector
+from tests.networks import write_networks
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path, monkeypatch):
+    """An own store, untrained networks, and this process as the only worker."""
+    monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("COLUMNS", "200")
+    for kind, path in write_networks(tmp_path).items():
+        monkeypatch.setenv(f"CORSMAL_{kind.upper()}_WEIGHTS", str(path))
+    monkeypatch.setattr(local, "default_workers", lambda: 1)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def root(tiny_dataset_root):
+    return tiny_dataset_root
+
+
+def command(*arguments):
+    result = CliRunner().invoke(cli.app, [str(argument) for argument in arguments], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def kept(root):
+    return list_runs(store=Store(), dataset=open_dataset(root).root)
+
+
+def test_estimates_are_a_run_with_a_name_after_the_preset_that_an_equal_command_resumes(root):
+    assert "Run: paper" in command("estimate", root)
+    command("estimate", root)
+    command("estimate", root, "000000")
+    command("estimate", root, "--preset", "lode")
+    assert [(run.name, len(run.rows)) for run in kept(root)[::-1]] == [("paper", 3), ("paper 2", 1), ("lode", 3)]
+
+
+def test_the_environments_networks_are_used_and_noted(root):
+    command("estimate", root, "000000")
+    facts = kept(root)[0].facts()
+    assert facts["filling network"].endswith("(environment)")
+    command("estimate", root, "000000", "--mass", "demo")
+    facts = kept(root)[0].facts()
+    assert facts["mass network"].endswith("(named)")
+
+
+def test_a_run_of_the_app_is_resumed_with_its_settings(root, monkeypatch):
+    detector = FakeDetector()
+    monkeypatch.setattr(DetectorSettings, "open", lambda _, **_options: detector)
+    dataset, done = open_dataset(root), []
+    settings = default_settings(dataset, shape=ShapeParameters(circumferences=60), detector=DetectorSettings(every=6))
+    make_run(
+        "mine",
+        dataset,
+        settings,
+        store=Store(),
+        progress=lambda step, _: done.append(step),
+        cancelled=lambda: 2 in done,
+    )
+    assert detector.seen == 0
+    command("estimate", root, "--run", "mine")
+    run = load_run("mine", dataset=dataset.root, store=Store())
+    assert run.is_complete
+    assert run.settings == settings
+    assert detector.seen > 0
+    with pytest.raises(CorsmalError, match=r"'mine' is taken by a run with other settings \(different: parameters"):
+        command("estimate", root, "--run", "mine", "--preset", "tuned", "--detector", "coco")
+
+
+def test_recordings_without_detections_are_detected_in_where_that_is_asked_for(root, monkeypatch):
+    detector = FakeDetector()
+    monkeypatch.setattr(DetectorSettings, "open", lambda _, **_options: detector)
+    command("estimate", root, "000002", "--detector", "demo", "--out", "one.json")
+    assert detector.seen > 0
+    assert read_estimates("one.json")["status"].tolist() == ["fitted"]
+
+
+def test_runs_are_listed_shown_exported_and_deleted(root):
+    assert "There is no run." in command("runs", "list", root)
+    command("estimate", root, "--run", "mine", "--out", "written.csv")
+    assert "3 of 3" in command("runs", "list", root)
+    [listed] = json.loads(command("runs", "list", root, "--json"))
+    assert listed["name"] == "mine"
+    shown = command("runs", "show", root, "mine")
+    assert "parameters: paper (L 145, d_max 1 mm)" in shown
+    assert "mass weights: " in shown
+    assert "estimates: 2 fitted" in shown
+    assert json.loads(command("runs", "show", root, "mine", "--json"))["recordings"] == "3 of 3"
+    for ending in ("csv", "json", "parquet"):
+        command("runs", "export", root, "mine", f"exported.{ending}")
+        assert read_estimates(f"exported.{ending}")["status"].tolist()[:2] == ["fitted"] * 2
+    assert Path("exported.csv").read_bytes() == Path("written.csv").read_bytes()
+    command("runs", "delete", root, "mine")
+    assert kept(root) == []
+
+
+def test_a_run_that_is_not_there_is_said_with_those_that_are(root):
+    command("estimate", root, "000000", "--run", "mine")
+    for arguments in (("runs", "show"), ("runs", "delete"), ("submit",), ("attribute",)):
+        with pytest.raises(NotFoundError, match=r"there is no run 'yours' on .*; runs: mine"):
+            command(*arguments, root, "yours")
+
+
+def test_a_submission_has_a_row_for_every_recording_of_the_dataset(root):
+    command("estimate", root, "000001", "--run", "mine")
+    command("submit", root, "mine", "submission.csv")
+    table = read_submission("submission.csv")
+    assert table["Configuration ID"].tolist() == [0, 1, 2]
+    assert (table["Container capacity"] > 0).tolist() == [False, True, False]
+
+
+def test_errors_are_attributed_as_on_the_page(root):
+    command("estimate", root, "--run", "mine")
+    output = command("attribute", root, "mine")
+    for stage in ("as it is", "dimensions", "filling"):
+        assert stage in output
+    assert "Part of the average error that goes away" in output
+    result = CliRunner().invoke(cli.app, ["attribute", str(root)])
+    assert result.exit_code == 2
