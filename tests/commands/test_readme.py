@@ -46,7 +46,7 @@ LINES = [
 COMMANDS = [line.removeprefix(COMMAND) for line in LINES if line.startswith(COMMAND)]
 OTHERS = [
     SETUP + ".venv/bin/streamlit run app.py",
-    SETUP + ".venv/bin/python -m pytest",
+    SETUP + ".venv/bin/python -m pytest -n 2",
     ".venv/bin/python -m dask scheduler",
     ".venv/bin/python -m dask worker tcp://10.0.0.5:8786 --nworkers 8 --nthreads 1",
     "export CORSMAL_CACHE=/shared/cache",
