@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Protocol
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol
 
 import typer
 from rich.console import Console
@@ -19,6 +19,7 @@ from rich.progress import (
 from rich.text import Text
 
 from corsmal.errors import CorsmalError
+from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,6 +42,16 @@ RunFolder = Annotated[
     Path,
     typer.Argument(metavar="RUN", help="Folder for checkpoints, logs and weights; an interrupted run there resumes."),
 ]
+
+
+DetectFirst = Annotated[
+    Literal["coco", "demo"] | None,
+    typer.Option(
+        "--detector",
+        help="Detect first in recordings without detections: coco is Mask R-CNN, demo the demo's small network.",
+    ),
+]
+PRESET_HELP = f"Parameters of the fit: {', '.join(SHAPE_PRESETS)}."
 
 
 class Report(Protocol):
@@ -90,6 +101,17 @@ def show(title: str, table: "pd.DataFrame") -> None:
 
     has_names = not isinstance(table.index, pd.RangeIndex)
     typer.echo(f"{title}\n{table.round(1).to_string(index=has_names, na_rep='–')}\n")
+
+
+def shape_preset(name: str) -> ShapeParameters:
+    """The parameters of the fit that ``--preset`` names.
+
+    Raises:
+        typer.BadParameter: there is no such preset.
+    """
+    if name not in SHAPE_PRESETS:
+        raise typer.BadParameter(f"available presets: {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
+    return SHAPE_PRESETS[name]
 
 
 def chosen(dataset: "Dataset", ids: list[str] | None) -> "list[Recording]":

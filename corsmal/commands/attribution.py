@@ -1,4 +1,4 @@
-"""The command that attributes errors to stages."""
+"""``attribute``: which stage causes which part of the errors."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,13 +19,14 @@ if TYPE_CHECKING:
 
 def attribute(
     root: Root,
-    name: Annotated[str | None, typer.Argument(help="Name of the run; not needed for --ablation.")] = None,
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="Name of the run; not for --ablation.")] = None,
     *,
     ablation: Annotated[
-        bool, typer.Option("--ablation", help="All presets and tuned less each of its parts, of a synthetic dataset.")
+        bool,
+        typer.Option("--ablation", help="Compare all presets, and tuned without each of its parts (synthetic data)."),
     ] = False,
     scatter: Annotated[
-        Path | None, typer.Option(help="HTML file for View Scores against errors, of a synthetic dataset.")
+        Path | None, typer.Option(help="HTML file for a plot of View Scores against errors (synthetic data).")
     ] = None,
     engine: EngineName = "local",
     workers: Workers = None,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from corsmal.evaluation.protocols import Protocol
     from corsmal.evaluation.splits import FoundSplit
 
-Estimates = Annotated[Path, typer.Argument(help="The table that `estimate` wrote.")]
+Estimates = Annotated[Path, typer.Argument(metavar="TABLE", help="Table written by `estimate`.")]
 
 
 def estimates(

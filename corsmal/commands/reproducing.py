@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from corsmal.commands import FeatureFolder, Root, progress_bar, say
+from corsmal.commands import PRESET_HELP, DetectFirst, FeatureFolder, Root, progress_bar, say, shape_preset
 from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ def reproduce(
     root: Root,
     *,
     out: Annotated[Path, typer.Option(help="Folder for networks, tables and the report.")],
-    test: Annotated[list[Path] | None, typer.Option(help="Test set; may be given several times.")] = None,
+    test: Annotated[list[Path] | None, typer.Option(help="Folder of a test set; repeat for several.")] = None,
     protocol: Annotated[
         Literal["held-out", "paper"],
         typer.Option(
@@ -26,18 +26,15 @@ def reproduce(
     ] = "held-out",
     folds: Annotated[
         Literal["spread", "containers"],
-        typer.Option(help="spread: containers are known to the networks; containers: they are not."),
+        typer.Option(help="spread: networks know the containers from other recordings; containers: they do not."),
     ] = "spread",
     seeds: Annotated[int, typer.Option(help="Number of cross-validations, with the seeds 0, 1, …", min=1)] = 1,
-    preset: Annotated[str, typer.Option(help="Parameters of the fit: paper, lode or tuned.")] = "paper",
+    preset: Annotated[str, typer.Option(help=PRESET_HELP)] = "paper",
     networks: Annotated[Literal["paper", "tuned"], typer.Option(help="Preset of both networks.")] = "paper",
     features: FeatureFolder = None,
-    detector: Annotated[
-        Literal["coco", "demo"] | None,
-        typer.Option(help="First detect in recordings without detections: Mask R-CNN, or the demo's small network."),
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Few epochs, for a first look.")] = False,
-    plan: Annotated[bool, typer.Option("--plan", help="Print the steps with their times and stop.")] = False,
+    detector: DetectFirst = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Train for a few epochs only, for a first look.")] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Print the steps with their estimated times and stop.")] = False,
     engine: EngineName = "local",
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -47,20 +44,17 @@ def reproduce(
     Every step is kept: an interrupted command resumes, and a second one with the same options computes nothing.
     """
     from corsmal.dataset import open_dataset
-    from corsmal.parameters import SHAPE_PRESETS
     from corsmal.runs.reproduction import StepProgress
     from corsmal.runs.reproduction import reproduce as run
     from corsmal.runs.reproduction_settings import ReproductionSettings
     from corsmal.runs.reproduction_settings import plan as planned
     from corsmal.stages.settings import find_detector
 
-    if preset not in SHAPE_PRESETS:
-        raise typer.BadParameter(f"there are the presets {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
     settings = ReproductionSettings(
         protocol=protocol,
         folds=folds,
         seeds=seeds,
-        shape=SHAPE_PRESETS[preset],
+        shape=shape_preset(preset),
         networks=networks,
         features=None if features is None else features.resolve(),
         detector=None if detector is None else find_detector(detector),

@@ -1,13 +1,13 @@
-"""Commands on runs: make one, show, delete and export them, submit one."""
+"""``estimate``, ``submit`` and ``runs``: making, listing, showing, exporting and deleting runs."""
 
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from corsmal.commands import FeatureFolder, Ids, Root, complain, say
+from corsmal.commands import PRESET_HELP, DetectFirst, FeatureFolder, Ids, Root, complain, say, shape_preset
 from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, resumable_progress
 from corsmal.errors import CorsmalError, NotFoundError
 
@@ -16,10 +16,17 @@ if TYPE_CHECKING:
     from corsmal.runs import Run
     from corsmal.store import Store
 
-Name = Annotated[str, typer.Argument(help="Name of the run.")]
+Name = Annotated[str, typer.Argument(metavar="NAME", help="Name of the run.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 TABLE_ENDINGS = (".csv", ".json", ".parquet")
+
+
+def _weights_option(kind: str) -> Any:
+    return typer.Option(
+        help=f"Weights of the {kind} network, or demo for the bundled ones; default: CORSMAL_{kind.upper()}_WEIGHTS, "
+        "else the bundled ones, on synthetic recordings only."
+    )
 
 
 def estimate(
@@ -28,36 +35,21 @@ def estimate(
     *,
     name: Annotated[
         str | None,
-        typer.Option("--run", help="Name of the run; an existing one resumes. Default: a name after the preset."),
+        typer.Option("--run", help="Name of the run; an existing one is resumed. Default: a name after the preset."),
     ] = None,
-    out: Annotated[Path, typer.Option(help="The table: .csv, .json or .parquet.")] = Path("estimates.csv"),
-    preset: Annotated[
-        str | None, typer.Option(help="Parameters of the fit: paper, lode or tuned.", show_default="paper")
+    out: Annotated[Path, typer.Option(help="File to write: .csv, .json or .parquet.")] = Path("estimates.csv"),
+    preset: Annotated[str | None, typer.Option(help=PRESET_HELP, show_default="paper")] = None,
+    wall: Annotated[
+        float | None, typer.Option(help="Wall thickness of round containers in mm; default: the preset's.")
     ] = None,
-    wall: Annotated[float | None, typer.Option(help="Of round containers, mm; default: the preset's.")] = None,
     means: Annotated[
         Path | None,
         typer.Option(help="Training set whose means stand in for failed fits; default: those kept with the weights."),
     ] = None,
-    filling: Annotated[
-        Path | None,
-        typer.Option(
-            help="Weights of the filling network, or demo for the bundled ones; default: CORSMAL_FILLING_WEIGHTS, else "
-            "the bundled ones on synthetic recordings."
-        ),
-    ] = None,
-    mass: Annotated[
-        Path | None,
-        typer.Option(
-            help="Weights of the mass network, or demo for the bundled ones; default: CORSMAL_MASS_WEIGHTS, else the "
-            "bundled ones on synthetic recordings."
-        ),
-    ] = None,
+    filling: Annotated[Path | None, _weights_option("filling")] = None,
+    mass: Annotated[Path | None, _weights_option("mass")] = None,
     features: FeatureFolder = None,
-    detector: Annotated[
-        Literal["coco", "demo"] | None,
-        typer.Option(help="First detect in recordings without detections: Mask R-CNN, or the demo's small network."),
-    ] = None,
+    detector: DetectFirst = None,
     engine: EngineName = "local",
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -69,13 +61,11 @@ def estimate(
     from corsmal.dataset import open_dataset
     from corsmal.estimation import TrainingMeans
     from corsmal.evaluation import write_estimates
-    from corsmal.parameters import SHAPE_PRESETS
     from corsmal.runs import load_run, make_run
     from corsmal.stages.settings import default_settings, find_detector, left_out_note
     from corsmal.store import Store
 
-    if preset not in (None, *SHAPE_PRESETS):
-        raise typer.BadParameter(f"there are the presets {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
+    chosen_shape = shape_preset(preset or "paper")
     dataset, store = open_dataset(root), Store()
     is_kept = _is_writable(store)
     earlier = None if name is None else load_run(name, dataset=dataset.root, store=store)
@@ -83,10 +73,9 @@ def estimate(
     if earlier is not None and all(option is None for option in options):
         settings, wanted = earlier.settings, earlier.recordings
     else:
-        shape = SHAPE_PRESETS[preset or "paper"]
         settings = default_settings(
             dataset,
-            shape=shape if wall is None else replace(shape, wall_mm=wall),
+            shape=chosen_shape if wall is None else replace(chosen_shape, wall_mm=wall),
             means=None if means is None else TrainingMeans.of(open_dataset(means)),
             filling=filling,
             mass=mass,
@@ -122,7 +111,7 @@ def estimate(
 
 
 def list_runs(root: Root, *, as_json: AsJson = False) -> None:
-    """List the runs on a dataset, the newest first."""
+    """List the runs on a dataset, newest first."""
     import pandas as pd
 
     from corsmal import runs
@@ -136,11 +125,11 @@ def list_runs(root: Root, *, as_json: AsJson = False) -> None:
     if as_json:
         typer.echo(json.dumps(found, indent=1))
     else:
-        typer.echo(pd.DataFrame(found)[columns].to_string(index=False) if found else "There is no run.")
+        typer.echo(pd.DataFrame(found)[columns].to_string(index=False) if found else "There are no runs.")
 
 
 def show(root: Root, name: Name, *, as_json: AsJson = False) -> None:
-    """Show what a run was made with and how far it is."""
+    """Show what a run was made with, and its progress."""
     _, run = open_run(root, name)
     files = {
         f"{file.kind} weights": str(file.path) for file in (run.settings.filling, run.settings.mass) if file is not None
@@ -153,7 +142,7 @@ def show(root: Root, name: Name, *, as_json: AsJson = False) -> None:
 
 
 def delete(root: Root, name: Name) -> None:
-    """Delete a run; the estimates of its recordings stay in the store, so that making it again is quick."""
+    """Delete a run. The estimates of its recordings stay in the cache, so that making it again is quick."""
     from corsmal import runs
     from corsmal.store import Store
 
@@ -164,7 +153,7 @@ def delete(root: Root, name: Name) -> None:
 def export(
     root: Root,
     name: Name,
-    out: Annotated[Path, typer.Argument(help="The table: .csv, .json or .parquet.")],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .csv, .json or .parquet.")],
 ) -> None:
     """Write a run's estimates; `submit` writes the challenge's file."""
     from corsmal.evaluation import write_estimates
@@ -176,8 +165,8 @@ def export(
 
 def submit(
     root: Root,
-    estimates: Annotated[str, typer.Argument(help="A run, or a table that `estimate` wrote.")],
-    out: Annotated[Path, typer.Argument(help="The challenge's file.")] = Path("submission.csv"),
+    estimates: Annotated[str, typer.Argument(metavar="NAME", help="Name of a run, or a table that `estimate` wrote.")],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write.")] = Path("submission.csv"),
 ) -> None:
     """Write the challenge's submission file, a row for every recording of a dataset."""
     from corsmal.dataset import open_dataset
@@ -211,7 +200,7 @@ def _is_writable(store: "Store") -> bool:
     try:
         store.check_writable()
     except CorsmalError as error:
-        complain("Nothing will be kept", error)
+        complain("Results will not be stored", error)
         return False
     return True
 

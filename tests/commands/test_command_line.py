@@ -216,7 +216,7 @@ def test_unknown_preset_and_format_are_refused(tiny_dataset_root, networks, tmp_
     command = ["estimate", str(tiny_dataset_root), *map(str, networks)]
     unknown = RUNNER.invoke(cli.app, [*command, "--preset", "best"])
     assert unknown.exit_code == 2
-    assert "there are the presets paper" in " ".join(unknown.output.replace("│", " ").split())
+    assert "available presets: paper" in " ".join(unknown.output.replace("│", " ").split())
     with pytest.raises(CorsmalError, match=r"estimates\.txt"):
         RUNNER.invoke(cli.app, [*command, "--out", str(tmp_path / "estimates.txt")], catch_exceptions=False)
 
@@ -306,7 +306,7 @@ def test_a_store_that_cannot_be_written_is_one_sentence_before_the_work_begins(t
     command = ["estimate", str(tiny_dataset_root), "000000", "--out", str(tmp_path / "table.csv"), *map(str, networks)]
     result = RUNNER.invoke(cli.app, command)
     assert result.exit_code == 0, result.output
-    assert "Nothing will be kept" in result.output
+    assert "Results will not be stored" in result.output
     assert len(read_estimates(tmp_path / "table.csv")) == 1
 
 

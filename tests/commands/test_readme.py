@@ -124,6 +124,7 @@ class Place:
             "ROOT": lambda: self.dataset,
             "/shared/ccm/train": lambda: self.dataset,
             "DIR": lambda: self.demo,
+            "OUT": lambda: self.folder / "OUT",
             "NAME": lambda: RUN_NAME,
             "RUN": lambda: self.run_of(words_of(line)),
             "RUN/mass.safetensors": lambda: self.networks["mass"],
@@ -248,6 +249,13 @@ def _(place: Place, arguments: list[str]) -> None:
     assert place.estimates.is_file()
     run(arguments)
     assert len(read_submission(place.folder / "submission.csv")) == RECORDINGS
+
+
+@check("reproduce")
+def _(place: Place, arguments: list[str]) -> None:
+    output = run([*arguments, "--quick", "--workers", "1"])
+    assert "capacity_mape" in output
+    assert next((place.folder / "OUT").rglob("*.html")).stat().st_size > 1000
 
 
 @check("doctor")
