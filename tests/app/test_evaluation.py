@@ -10,7 +10,6 @@ import corsmal.filling.features  # noqa: F401 - loads PyTorch, before a test's c
 from corsmal.dataset import Dataset, open_dataset
 from corsmal.engines import local
 from corsmal.engines.tasks import open_detector, open_predictors
-from corsmal.estimation import TrainingMeans
 from corsmal.evaluation import METRICS, container_table, error_table, estimates_table
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import Run, list_runs, make_run
@@ -58,8 +57,7 @@ def recorded(
     detector: DetectorSettings | None = None,
     stop_after: int | None = None,
 ) -> Run:
-    means = TrainingMeans.of(dataset)
-    settings = default_settings(dataset, shape=shape or ShapeParameters.paper(), means=means, detector=detector)
+    settings = default_settings(dataset, shape=shape or ShapeParameters.paper(), detector=detector)
     done: list[int] = []
     return make_run(
         name,
