@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from corsmal.dataset.annotation import LEVEL_FRACTIONS
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.checking import Checked, listed, rows_of, truth_table
+from corsmal.evaluation.estimates import ABSENT as NOT_FILMED
 from corsmal.evaluation.metrics import joint_classes, weighted_f1
 from corsmal.evaluation.splits import SPLITS, Split
 from corsmal.evaluation.submission import ID_COLUMN, check_submission
+from corsmal.quantities import MEASURED
 
 Absent = Literal["zero", "skip"]
 ABSENT: tuple[Absent, ...] = get_args(Absent)
@@ -66,7 +68,8 @@ def challenge_scores(
         split: which of the challenge's sets this is, for s8's offset; ``other`` for data that is none of them.
         absent: how recordings without a row count: ``zero``, which is the challenge's rule, or ``skip``: they are not
             scored.
-        errors: the same estimates' error table: what its protocol leaves out is not scored; default: all is scored.
+        errors: the same estimates' error table: what its protocol leaves out is not scored, and of recordings that were
+            not filmed ``absent`` decides; default: all is scored.
 
     Returns:
         ``s1`` to ``s8``, ``overall`` (at most 75 without the simulator's two scores), ``JFTL`` (joint filling type and
@@ -147,6 +150,13 @@ def _scored(truth: pd.DataFrame, submission: pd.DataFrame, absent: Absent, error
         for stage, columns in _FROM.items():
             is_out = errors[f"{stage}_left_out"].reindex(scored.index, fill_value=False)
             scored.loc[is_out, columns] = np.nan
+        is_absent = errors["status"].eq(NOT_FILMED).reindex(scored.index, fill_value=False)
+        if absent == "skip" and is_absent.any():
+            scored.loc[is_absent, [*MEASURED, "filling_mass_g"]] = np.nan
+            notes.append(
+                f"estimates: {is_absent.sum()} of {len(scored)} recordings were not filmed; only their filling level "
+                "and type are scored"
+            )
     return Checked(scored, tuple(notes))
 
 

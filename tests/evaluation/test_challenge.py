@@ -9,11 +9,13 @@ from hypothesis import strategies as st
 
 from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError
+from corsmal.evaluation import error_table, submission_table
 from corsmal.evaluation.challenge import OFFSETS, challenge_scores, overall_score
 from tests.evaluation.made import (
     FRACTIONS,
     SCORED,
     made_annotation,
+    perfect_estimates,
     perfect_submission,
     random_submission,
 )
@@ -352,3 +354,19 @@ def test_absent_recordings_are_skipped_or_zero_in_every_score(annotation):
     assert challenge_scores(annotation, half, split="other")["s3"] == pytest.approx(50)
     with pytest.raises(ArgumentError, match="absent must be one of zero, skip, got 'mean'"):
         challenge_scores(annotation, half, absent="mean")
+
+
+def test_recordings_that_were_not_filmed_are_scored_by_what_was_heard(annotation):
+    estimates = perfect_estimates(annotation)
+    unseen = [3, 4, 5]
+    estimates.loc[unseen, "status"] = "absent"
+    estimates.loc[unseen, ["capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm", "container_mass_g"]] = -1
+    errors = error_table(estimates, annotation)
+    skipped, zero = (
+        challenge_scores(annotation, submission_table(estimates), split="other", absent=absent, errors=errors)
+        for absent in ("skip", "zero")
+    )
+    np.testing.assert_allclose(skipped.drop("overall"), 100)
+    assert "3 of 42 recordings were not filmed" in skipped.attrs["notes"][0]
+    assert zero["s3"] == pytest.approx(100 * 39 / 42)
+    assert zero["s1"] == 100
