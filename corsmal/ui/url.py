@@ -15,45 +15,95 @@ from corsmal.errors import ArgumentError
 from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, HeightReference, ShapeParameters
 from corsmal.selection import Pair
 
+HEIGHT_LIMIT_MM = 2000.0
 
-class Limits(NamedTuple):
-    """The range of a number that a page offers and an address may hold, and the distance between values on a page."""
 
+class Number(NamedTuple):
+    """A number of the fit: its name in the address, its label, and its range on the page and in the address."""
+
+    short: str
+    label: str
     low: float
     high: float
     step: float
     unit: str = ""
-    is_whole: bool = False
+
+    @property
+    def kind(self) -> type[float]:
+        """``int`` for whole numbers."""
+        return type(self.step)
+
+    def parse(self, text: str) -> float:
+        """The number in an address."""
+        value = _number(text, whole=self.kind is int)
+        if not self.low <= value <= self.high:
+            raise ArgumentError(f"allowed range {self.low:g}–{self.high:g} {self.unit}".strip())
+        return value
 
 
-LIMITS = {
-    "circumferences": Limits(10, 500, 1, is_whole=True),
-    "points": Limits(3, 90, 1, is_whole=True),
-    "radii": Limits(10, 600, 1, is_whole=True),
-    "radius_max_mm": Limits(10, 250, 0.5, "mm"),
-    "radius_min_mm": Limits(0.5, 9.5, 0.5, "mm"),
-    "max_difference_mm": Limits(0, 10, 0.05, "mm"),
-    "tilt_deg": Limits(0, 15, 0.5, "°"),
-    "wall_mm": Limits(0, 5, 0.1, "mm"),
+class Options(NamedTuple):
+    """A rule of the fit: its name in the address, its label, and labels for what can be chosen."""
+
+    short: str
+    label: str
+    options: Mapping[str, str]
+
+    def parse(self, text: str) -> Any:
+        """The rule in an address; for ``z``: what heights are measured from, and the range in mm."""
+        if self.short != "z":
+            return text
+        reference, *offsets = text.split(":")
+        if len(offsets) != 2:
+            raise ArgumentError(f"expected {', '.join(f'{name}:LOW:HIGH' for name in self.options)} in mm")
+        low, high = (_number(offset, whole=False) for offset in offsets)
+        if max(abs(low), abs(high)) > HEIGHT_LIMIT_MM:
+            raise ArgumentError(f"allowed range ±{HEIGHT_LIMIT_MM:g} mm")
+        return HeightRange(cast(HeightReference, reference), low, high)
+
+
+class Switch(NamedTuple):
+    """What a fit does or does not: its name in the address and its label."""
+
+    short: str
+    label: str
+
+    def parse(self, text: str) -> bool:
+        """The switch in an address."""
+        if text not in ("True", "False"):
+            raise ArgumentError("expected True or False")
+        return text == "True"
+
+
+PARAMETERS: dict[str, Number | Options | Switch] = {
+    "circumferences": Number("L", "L, circumferences", 10, 500, 1),
+    "points": Number("N", "N, points per circumference", 3, 90, 1),
+    "radii": Number("radii", "Radii tried", 10, 600, 1),
+    "radius_max_mm": Number("rmax", "r_max", 10.0, 250.0, 0.5, "mm"),
+    "radius_min_mm": Number("rmin", "r_min", 0.5, 9.5, 0.5, "mm"),
+    "max_difference_mm": Number("dmax", "d_max", 0.0, 10.0, 0.05, "mm"),
+    "fit_rule": Options(
+        "fit", "A circumference must fit", {"any": "at least one view (paper)", "all": "both views (LoDE)"}
+    ),
+    "width_rule": Options(
+        "width",
+        "Widths and height",
+        {
+            "ends": "at the ends of the profile (paper)",
+            "widest": "twice the largest radius (LoDE)",
+            "whole": "first and last circumference (tuned)",
+        },
+    ),
+    "height_range": Options(
+        "z",
+        "Heights measured from",
+        {"masks": "the axis' extent in the masks", "world": "the table, z = 0", "centroid": "the centroid"},
+    ),
+    "tilt_deg": Number("tilt", "expected tilt", 0.0, 15.0, 0.5, "°"),
+    "wall_mm": Number("wall", "wall", 0.0, 5.0, 0.1, "mm"),
+    "boxes": Switch("boxes", "Also fit a box, and keep what agrees better with the masks"),
+    "all_views": Switch("third", "Use the third view"),
 }
-NAMES = {
-    "circumferences": "L",
-    "points": "N",
-    "radii": "radii",
-    "radius_max_mm": "rmax",
-    "radius_min_mm": "rmin",
-    "max_difference_mm": "dmax",
-    "fit_rule": "fit",
-    "width_rule": "width",
-    "height_range": "z",
-    "tilt_deg": "tilt",
-    "wall_mm": "wall",
-    "boxes": "boxes",
-    "all_views": "third",
-}
-"""Names of the shape parameters in the address."""
-
-HEIGHT_LIMIT_MM = 2000.0
+"""The parameters of the fit that a page changes and an address holds, by field of ``ShapeParameters``."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +148,7 @@ def to_params(choice: Choice) -> dict[str, str]:
     if choice.preset != "paper":
         params["preset"] = choice.preset
     differences = _differences(choice.shape, SHAPE_PRESETS[choice.preset])
-    return params | {NAMES[name]: _text(value) for name, value in differences.items()}
+    return params | {PARAMETERS[name].short: _text(value) for name, value in differences.items()}
 
 
 def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
@@ -122,14 +172,15 @@ def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
             problems.append(f"The address has {short}={(text or '')[:40]!r}: ignored; {error}.")
             return choice
 
-    unknown = sorted(set(params) - {"recording", "preset", *FIELDS, *NAMES.values()})
+    known = {"recording", "preset", *FIELDS, *(parameter.short for parameter in PARAMETERS.values())}
+    unknown = sorted(set(params) - known)
     if unknown:
         problems.append(f"The address has unknown parameters: {', '.join(unknown)[:80]!r}.")
     choice = follow("preset", lambda choice, text: replace(choice, shape=_preset(text)))
     for short, (name, parse, _) in FIELDS.items():
         choice = follow(short, partial(_with, name=name, parse=parse))
-    for name, short in NAMES.items():
-        choice = follow(short, partial(_with_shape, name=name))
+    for name, parameter in PARAMETERS.items():
+        choice = follow(parameter.short, partial(_with_shape, name=name))
     return choice, tuple(problems)
 
 
@@ -138,11 +189,12 @@ def _with(choice: Choice, text: str, *, name: str, parse: Callable[[str], Any]) 
 
 
 def _with_shape(choice: Choice, text: str, *, name: str) -> Choice:
-    return replace(choice, shape=replace(choice.shape, **{name: _PARSERS[name](text)}))
+    values: dict[str, Any] = {name: PARAMETERS[name].parse(text)}
+    return replace(choice, shape=replace(choice.shape, **values))
 
 
 def _differences(shape: ShapeParameters, preset: ShapeParameters) -> dict[str, Any]:
-    return {name: getattr(shape, name) for name in NAMES if getattr(shape, name) != getattr(preset, name)}
+    return {name: getattr(shape, name) for name in PARAMETERS if getattr(shape, name) != getattr(preset, name)}
 
 
 def _text(value: Any) -> str:
@@ -195,38 +247,6 @@ def _number(text: str, *, whole: bool) -> float:
         raise ArgumentError(f"expected a {'whole' if whole else 'finite'} number")
     return int(value) if whole else value
 
-
-def _limited(text: str, *, limits: Limits) -> float:
-    value = _number(text, whole=limits.is_whole)
-    if not limits.low <= value <= limits.high:
-        raise ArgumentError(f"allowed range {limits.low:g}–{limits.high:g} {limits.unit}".strip())
-    return value
-
-
-def _height_range(text: str) -> HeightRange:
-    reference, *offsets = text.split(":")
-    if len(offsets) != 2:
-        raise ArgumentError("expected masks:LOW:HIGH, world:LOW:HIGH or centroid:LOW:HIGH in mm")
-    low, high = (_number(offset, whole=False) for offset in offsets)
-    if max(abs(low), abs(high)) > HEIGHT_LIMIT_MM:
-        raise ArgumentError(f"allowed range ±{HEIGHT_LIMIT_MM:g} mm")
-    return HeightRange(cast(HeightReference, reference), low, high)
-
-
-def _switch(text: str) -> bool:
-    if text not in ("True", "False"):
-        raise ArgumentError("expected True or False")
-    return text == "True"
-
-
-_PARSERS: dict[str, Callable[[str], Any]] = {
-    **{name: partial(_limited, limits=limits) for name, limits in LIMITS.items()},
-    "fit_rule": str,
-    "width_rule": str,
-    "height_range": _height_range,
-    "boxes": _switch,
-    "all_views": _switch,
-}
 
 FIELDS: dict[str, tuple[str, Callable[[str], Any], Callable[[Any], str]]] = {
     "pair": ("pair", _pair, "-".join),

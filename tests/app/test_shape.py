@@ -13,7 +13,7 @@ from corsmal.dataset import open_dataset
 from corsmal.estimation import container_mask, estimate, read_view_detections
 from corsmal.parameters import PAIRS, HeightRange, SelectionParameters, ShapeParameters
 from corsmal.shape import Hull, fit_hull, measure_hull
-from corsmal.ui.url import LIMITS
+from corsmal.ui.url import PARAMETERS, Number
 from tests.app.driver import Visitor, amount, rings
 
 BEST = 5
@@ -154,7 +154,10 @@ def test_reversed_heights_are_refused_and_the_old_ones_kept(visitor: Visitor) ->
 
 
 def test_ranges_never_let_the_radii_cross() -> None:
-    assert LIMITS["radius_min_mm"].high < LIMITS["radius_max_mm"].low
+    smallest, largest = PARAMETERS["radius_min_mm"], PARAMETERS["radius_max_mm"]
+    assert isinstance(smallest, Number)
+    assert isinstance(largest, Number)
+    assert smallest.high < largest.low
 
 
 def test_fit_that_fails_says_why_and_leaves_the_pictures(visitor: Visitor) -> None:

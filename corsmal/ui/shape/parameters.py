@@ -10,36 +10,18 @@ from corsmal.parameters import SHAPE_PRESETS, HeightRange, ShapeMethod
 from corsmal.ui import session
 from corsmal.ui.linked_plot import PlotEvent, Slider
 from corsmal.ui.messages import say_later, say_what_waits
-from corsmal.ui.url import HEIGHT_LIMIT_MM, LIMITS
+from corsmal.ui.url import HEIGHT_LIMIT_MM, PARAMETERS, Number, Options
 
-RULES = {
-    "fit_rule": (
-        "A circumference must fit",
-        {"any": "at least one view (paper)", "all": "both views (LoDE)"},
-    ),
-    "width_rule": (
-        "Widths and height",
-        {
-            "ends": "at the ends of the profile (paper)",
-            "widest": "twice the largest radius (LoDE)",
-            "whole": "first and last circumference (tuned)",
-        },
-    ),
-}
-REFERENCES = {"masks": "the axis' extent in the masks", "world": "the table, z = 0", "centroid": "the centroid"}
-LIVE: dict[ShapeMethod, dict[str, str]] = {
-    "circumferences": {"circumferences": "L, circumferences", "max_difference_mm": "d_max"},
-    "outlines": {"tilt_deg": "expected tilt", "wall_mm": "wall"},
+LIVE: dict[ShapeMethod, tuple[str, ...]] = {
+    "circumferences": ("circumferences", "max_difference_mm"),
+    "outlines": ("tilt_deg", "wall_mm"),
 }
 """The parameters that refit while they are dragged."""
-QUIET = {
-    "points": "N, points per circumference",
-    "radii": "Radii tried",
-    "radius_max_mm": "r_max",
-    "radius_min_mm": "r_min",
+QUIET: dict[ShapeMethod, tuple[str, ...]] = {
+    "circumferences": ("points", "radii", "radius_max_mm", "radius_min_mm", "fit_rule", "width_rule", "height_range"),
+    "outlines": ("boxes", "all_views"),
 }
 NOTHING = "nothing"
-SWITCHES = {"boxes": "Also fit a box, and keep what agrees better with the masks", "all_views": "Use the third view"}
 
 
 def preset_control() -> None:
@@ -81,71 +63,60 @@ def compared_preset() -> str | None:
 def live_sliders() -> list[Slider]:
     """The sliders that refit while they are dragged, at their present values."""
     shape = session.choice().shape
-    sliders = []
-    for name, label in LIVE[shape.method].items():
-        limits = LIMITS[name]
-        value = getattr(shape, name)
-        sliders.append(Slider(name, label, limits.low, limits.high, limits.step, value, limits.unit))
-    return sliders
+    return [
+        Slider(name, number.label, number.low, number.high, number.step, getattr(shape, name), number.unit)
+        for name, number in _live_numbers()
+    ]
 
 
 def apply_sliders(event: PlotEvent) -> None:
     """Take over what the user dragged, within the limits; the address is written when the dragging ends."""
-    shape = session.choice().shape
-    values: dict[str, Any] = {}
-    for name in LIVE[shape.method]:
-        if name in event.values:
-            limits = LIMITS[name]
-            value = min(max(event.values[name], limits.low), limits.high)
-            values[name] = int(value) if limits.is_whole else value
-    session.choose(settled=event.settled, **({"shape": replace(shape, **values)} if values else {}))
+    values: dict[str, Any] = {
+        name: number.kind(min(max(event.values[name], number.low), number.high))
+        for name, number in _live_numbers()
+        if name in event.values
+    }
+    session.choose(settled=event.settled, **({"shape": replace(session.choice().shape, **values)} if values else {}))
+
+
+def _live_numbers() -> list[tuple[str, Number]]:
+    parameters = [(name, PARAMETERS[name]) for name in LIVE[session.choice().shape.method]]
+    return [(name, number) for name, number in parameters if isinstance(number, Number)]
 
 
 def other_parameters() -> None:
     """The parameters that are changed seldom, in an expander."""
     say_what_waits()
-    shape = session.choice().shape
+    shape, state = session.choice().shape, st.session_state
     with st.expander("More parameters", icon=":material/tune:"):
-        if shape.method == "outlines":
-            for name, label in SWITCHES.items():
-                st.session_state[f"shape_{name}"] = getattr(shape, name)
-                st.toggle(label, key=f"shape_{name}", on_change=_changed, args=(name,))
-            return
-        for name, label in QUIET.items():
-            limits = LIMITS[name]
-            kind = int if limits.is_whole else float
-            st.session_state[f"shape_{name}"] = kind(getattr(shape, name))
-            st.slider(
-                f"{label} ({limits.unit})" if limits.unit else label,
-                kind(limits.low),
-                kind(limits.high),
-                step=kind(limits.step),
-                key=f"shape_{name}",
-                on_change=_changed,
-                args=(name,),
-            )
-        for name, (label, options) in RULES.items():
-            st.session_state[f"shape_{name}"] = getattr(shape, name)
-            text = options.__getitem__
-            st.selectbox(label, list(options), key=f"shape_{name}", format_func=text, on_change=_changed, args=(name,))
-        _height_range(shape.height_range)
+        for name in QUIET[shape.method]:
+            parameter, key = PARAMETERS[name], f"shape_{name}"
+            if name == "height_range":
+                _height_range(shape.height_range)
+                continue
+            state[key] = getattr(shape, name)
+            follow: dict[str, Any] = {"key": key, "on_change": _changed, "args": (name,)}
+            if isinstance(parameter, Number):
+                label = f"{parameter.label} ({parameter.unit})" if parameter.unit else parameter.label
+                st.slider(label, parameter.low, parameter.high, step=parameter.step, **follow)
+            elif isinstance(parameter, Options):
+                names = parameter.options
+                st.selectbox(parameter.label, list(names), format_func=names.__getitem__, **follow)
+            else:
+                st.toggle(parameter.label, **follow)
 
 
 def _height_range(value: HeightRange) -> None:
     for part in ("reference", "low_mm", "high_mm"):
         st.session_state[f"shape_{part}"] = getattr(value, part)
-    st.selectbox(
-        "Heights measured from",
-        list(REFERENCES),
-        key="shape_reference",
-        format_func=REFERENCES.__getitem__,
-        on_change=_height_changed,
-    )
-    left, right = st.columns(2)
-    for column, part, label in ((left, "low_mm", "from (mm)"), (right, "high_mm", "to (mm)")):
-        column.number_input(
-            label, -HEIGHT_LIMIT_MM, HEIGHT_LIMIT_MM, step=5.0, key=f"shape_{part}", on_change=_height_changed
+    rule, limit = PARAMETERS["height_range"], HEIGHT_LIMIT_MM
+    if isinstance(rule, Options):
+        names = rule.options
+        st.selectbox(
+            rule.label, list(names), key="shape_reference", format_func=names.__getitem__, on_change=_height_changed
         )
+    for column, part, label in zip(st.columns(2), ("low_mm", "high_mm"), ("from (mm)", "to (mm)"), strict=True):
+        column.number_input(label, -limit, limit, step=5.0, key=f"shape_{part}", on_change=_height_changed)
 
 
 def _changed(name: str) -> None:
