@@ -1,7 +1,7 @@
 """One recording to one estimate: detections, best frame, hull, container mass, filling."""
 
 from corsmal.estimation.detected import container_mask, file_detections, read_view_detections
-from corsmal.estimation.estimate import estimate, mass_inputs, mass_inputs_from
+from corsmal.estimation.estimate import estimate, mass_inputs
 from corsmal.estimation.fit import Fit, MaskSource, RecordingMasks, fit_frame, fit_masks
 from corsmal.estimation.means import TrainingMeans
 from corsmal.estimation.records import Estimate, Status
@@ -24,6 +24,5 @@ __all__ = [
     "fit_frame",
     "fit_masks",
     "mass_inputs",
-    "mass_inputs_from",
     "read_view_detections",
 ]

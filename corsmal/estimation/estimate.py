@@ -58,7 +58,8 @@ def estimate(
         detections, notes = file_detections(recording)
     found = _geometry(recording, detections, shape=shape, selection=selection, means=means or {}, notes=notes)
     if mass is not None:
-        found = _with_mass(found, mass_inputs(found, recording, detections, selection=selection), mass)
+        masks = RecordingMasks(recording, detections, selection or SelectionParameters())
+        found = _with_mass(found, mass_inputs(found, masks), mass)
     return found if filling is None else _with_filling(found, recording, filling, features)
 
 
@@ -101,29 +102,16 @@ def _geometry(
     )
 
 
-def mass_inputs(
-    found: Estimate,
-    recording: Recording,
-    detections: Mapping[str, FrameDetections],
-    *,
-    selection: SelectionParameters | None = None,
-) -> dict[str, Any] | None:
+def mass_inputs(found: Estimate, masks: MaskSource) -> dict[str, Any] | None:
     """What a ``MassPredictor`` is given for an estimate: its widths and height, and the fitted frame's mask and scale.
 
     Args:
         found: the estimate, with its geometry.
-        recording: whose estimate it is.
-        detections: that it was made from.
-        selection: parameters of the filter that it was made with; default: the paper's.
+        masks: cameras and masks that it was made from, such as ``RecordingMasks``.
 
     Returns:
         Arguments of ``MassPredictor.predict``; None where nothing was fitted.
     """
-    return mass_inputs_from(found, RecordingMasks(recording, detections, selection or SelectionParameters()))
-
-
-def mass_inputs_from(found: Estimate, masks: MaskSource) -> dict[str, Any] | None:
-    """As ``mass_inputs``, for cameras and masks that the caller may hold already."""
     if found.fit is None or found.fit.frame is None or found.best_frame is None:
         return None
     centroid_m = found.fit.hull.centroid_m

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -43,12 +43,12 @@ class RecordingMasks:
     Args:
         recording: gives the cameras.
         detections: unfiltered, by view and frame.
-        selection: parameters of the filter.
+        selection: parameters of the filter; default: the paper's.
     """
 
     recording: Recording
     detections: Mapping[str, FrameDetections]
-    selection: SelectionParameters
+    selection: SelectionParameters = field(default_factory=SelectionParameters)
 
     def camera(self, view: str) -> Camera:
         """See ``MaskSource``."""

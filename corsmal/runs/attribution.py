@@ -10,7 +10,7 @@ from corsmal.detection import ViewDetections
 from corsmal.engines.engine import Engine, Row, completed_rows, in_turn, never
 from corsmal.engines.tasks import open_predictors
 from corsmal.errors import ArgumentError, CorsmalError
-from corsmal.estimation import Estimate, choose_frames, estimate, mass_inputs
+from corsmal.estimation import Estimate, RecordingMasks, choose_frames, estimate, mass_inputs
 from corsmal.evaluation.attribution import AS_IT_IS
 from corsmal.parameters import PAIRS, SHAPE_PRESETS, ShapeParameters
 from corsmal.quantities import GEOMETRY
@@ -212,7 +212,7 @@ def _with_true_dimensions(recording: Recording, found: Views, predictors: Predic
     measured = _estimated(recording, found, predictors, mass=None)
     annotated = {name: getattr(recording.annotation, name, None) for name in GEOMETRY}
     result = replace(measured, **{name: value for name, value in annotated.items() if value})
-    inputs = None if predictors.mass is None else mass_inputs(result, recording, found)
+    inputs = None if predictors.mass is None else mass_inputs(result, RecordingMasks(recording, found))
     if predictors.mass is None or inputs is None:
         return result
     return replace(result, container_mass_g=predictors.mass.predict(**inputs).mass_g)

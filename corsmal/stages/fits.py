@@ -59,7 +59,7 @@ def load_fit(
         parts |= {name: float(kept[name]) for name in NUMBERS if np.isfinite(kept[name])}
         hull = Hull(**parts)
         return Fit(pair, frame, hull, measure_hull(hull, shape))
-    source = source or RecordingMasks(recording, detections.views, SelectionParameters())
+    source = source or RecordingMasks(recording, detections.views)
     fit = fit_masks(source, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape)
     hull = fit.hull
     if hull.ok and hull.centroid_m is not None:

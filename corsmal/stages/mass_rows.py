@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from corsmal.dataset import Recording
-from corsmal.estimation import estimate, mass_inputs
+from corsmal.estimation import RecordingMasks, estimate, mass_inputs
 from corsmal.mass import MassRow
 from corsmal.parameters import ShapeParameters
 from corsmal.quantities import DIMENSIONS
@@ -39,7 +39,7 @@ def mass_rows(
         if known is not None and known.container_mass_g:
             detections = load_detections(recording, store=store).views
             found = estimate(recording, detections=detections, shape=shape)
-            inputs = mass_inputs(found, recording, detections) or NOTHING
+            inputs = mass_inputs(found, RecordingMasks(recording, detections)) or NOTHING
             yield MassRow(recording.id, known.container or "unknown", mass_g=known.container_mass_g, **inputs)
         if progress is not None:
             progress(index + 1, len(recordings))

@@ -1,5 +1,6 @@
 """Amounts and errors as pages write them."""
 
+from corsmal.dataset.annotation import FILLINGS, LEVELS
 from corsmal.quantities import BY_NAME
 
 
@@ -11,6 +12,11 @@ def amount(name: str, value: float) -> str:
 def percent_error(value: float, true: float) -> str:
     """A signed error in per cent of the truth."""
     return f"{100 * (value - true) / true:+.1f} %".replace("-", "−")
+
+
+def filling_text(kind: int, level: int) -> str:
+    """A filling in words."""
+    return f"{FILLINGS[kind]}, {LEVELS[level]}" if kind and level else "empty"
 
 
 def grams(value: float | None) -> str:

@@ -10,10 +10,9 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
-from corsmal.dataset.annotation import FILLINGS, LEVELS
 from corsmal.digests import file_fingerprint
 from corsmal.errors import CorsmalError, NotFoundError
-from corsmal.estimation import Estimate, Fit, mass_inputs_from
+from corsmal.estimation import Estimate, Fit, mass_inputs
 from corsmal.figures.report import Pin
 from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
@@ -23,7 +22,7 @@ from corsmal.parameters import FRONTAL_VIEW
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame
 from corsmal.ui import session
-from corsmal.ui.amounts import grams, mass_error, total
+from corsmal.ui.amounts import filling_text, grams, mass_error, total
 from corsmal.ui.caching import cached
 from corsmal.ui.choosing import one_of
 from corsmal.ui.downloading import download_buttons
@@ -44,8 +43,7 @@ CHANGES = np.linspace(-0.3, 0.3, 25)
 """Relative changes of the numbers whose effect is drawn; the one in the middle is none."""
 
 PADDING, TYPED = "mass_padding_px", "mass_numbers"
-PADDING_MAX_PX = 80
-LOW, HIGH = 0.01, 20_000.0
+PADDING_MAX_PX, LOW, HIGH = 80, 0.01, 20_000.0
 INPUTS = {
     "width_top_mm": ("w_t", "top width (mm)"),
     "width_bottom_mm": ("w_b", "bottom width (mm)"),
@@ -102,7 +100,7 @@ def fitted_inputs(opened: OpenedRecording, best: BestFrame, fit: Fit) -> tuple[M
     measures: dict[str, Any] = {name: getattr(fit.dimensions, name) for name in GEOMETRY}
     found = Estimate(opened.id, "fitted", **measures, best_frame=best, fit=fit, notes=())
     try:
-        inputs = mass_inputs_from(found, opened) or {}
+        inputs = mass_inputs(found, opened) or {}
     except NotFoundError as error:
         st.info(
             f"{plain(str(error))}: there is no mask to predict from. Choose another frame; the *Frames* page shows "
@@ -118,8 +116,7 @@ def chosen_numbers(opened: OpenedRecording, fit: Fit, fitted: Numbers) -> Number
     identity = (opened.id, fit.pair, fit.frame, session.choice().shape, tuple(fitted.values()))
     if st.session_state.get(TYPED, (None,))[0] != identity:
         st.session_state[TYPED] = identity, fitted
-    numbers: Numbers = st.session_state[TYPED][1]
-    return numbers
+    return dict(st.session_state[TYPED][1])
 
 
 def predict(
@@ -261,8 +258,3 @@ def downloads(opened: OpenedRecording, prediction: MassPrediction, *, frame: int
             "Download network input (PNG)": (f"{name}_input.png", None if image is None else partial(mask_png, image)),
         }
     )
-
-
-def filling_text(kind: int, level: int) -> str:
-    """A filling in words."""
-    return f"{FILLINGS[kind]}, {LEVELS[level]}" if kind and level else "empty"

@@ -15,7 +15,7 @@ from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.estimation import Estimate, Fit, RecordingMasks, estimate, fit_masks
 from corsmal.figures import draw_detections, jpeg
 from corsmal.geometry import Camera
-from corsmal.parameters import METHOD_VIEWS, PAIRS, SHAPE_PRESETS, CentreRule, SelectionParameters, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, PAIRS, SHAPE_PRESETS, CentreRule, ShapeParameters
 from corsmal.selection import BestFrame, Pair, select_best_frame
 from corsmal.stages import true_masks
 from corsmal.stages.detections import DetectionSet, load_detections
@@ -86,7 +86,7 @@ class OpenedRecording:
 
     @cached_property
     def _source(self) -> RecordingMasks:
-        return RecordingMasks(self.recording, self.detections.views, SelectionParameters())
+        return RecordingMasks(self.recording, self.detections.views)
 
     @cached(64, key=by_detections, spinner="Scoring the frames")
     def best_frame(self, pair: Pair) -> BestFrame:

@@ -21,8 +21,7 @@ from corsmal.mass import AxisRule, MassConfig, MassModel, MassPredictor, mm_per_
 from corsmal.parameters import SelectionParameters
 from corsmal.stages.detections import load_detections
 from corsmal.store import Store
-from corsmal.ui.amounts import grams
-from corsmal.ui.mass import filling_text
+from corsmal.ui.amounts import filling_text, grams
 from corsmal.weights import bundled_path
 from tests.app.driver import Visitor, amount
 from tests.tiny import CUP, SIZE, coco_result, write_json

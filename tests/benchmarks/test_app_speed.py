@@ -6,7 +6,6 @@ from pathlib import Path
 
 import cv2
 import pytest
-from plotly.io.json import to_json_plotly
 from pytest_benchmark.fixture import BenchmarkFixture
 from streamlit.testing.v1 import AppTest
 
@@ -23,6 +22,7 @@ from corsmal.figures import (
 from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
 from corsmal.shape import fit_hull, measure_hull
 from corsmal.ui import data
+from corsmal.ui.linked_plot.component import figure_json
 from tests.app.driver import PAGES, Visitor
 from tests.benchmarks.conftest import Opened
 
@@ -36,6 +36,18 @@ stepping = pytest.mark.benchmark(group="frame step", max_time=0.5)
 rerunning = pytest.mark.benchmark(group="page")
 
 
+def root_of(recording: Recording) -> Path:
+    """The dataset that a recording belongs to."""
+    return recording.views["view1"].video_path.parents[2]
+
+
+@pytest.fixture
+def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An app with a store of its own."""
+    monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path))
+    data.store.cache_clear()
+
+
 @pytest.fixture
 def shapes() -> Callable[[], ShapeParameters]:
     """Another L at each step, as when it is dragged."""
@@ -43,27 +55,28 @@ def shapes() -> Callable[[], ShapeParameters]:
     return lambda: ShapeParameters(circumferences=next(values))
 
 
-def as_json(figure) -> str:
-    parts = figure.to_dict()
-    parts["layout"].pop("template", None)
-    return to_json_plotly(parts)
+@slider
+@pytest.mark.usefixtures("server")
+def test_slider_step(benchmark: BenchmarkFixture, recording: Recording, shapes) -> None:
+    """What the server does when L is dragged on the Shape page: the fit, the figures, and what is sent of the page."""
+    visitor = Visitor(root_of(recording)).open("shape")
+    benchmark.pedantic(lambda: visitor.drag("hull", circumferences=shapes().circumferences), rounds=12, warmup_rounds=2)
+    assert visitor.crashes == []
 
 
 @slider
-def test_slider_step(benchmark: BenchmarkFixture, opened: Opened, cameras, images, shapes) -> None:
-    """What pages/shape.py does: fit, four figures, and their text for the browser."""
-
+def test_figures_of_a_slider_step(benchmark: BenchmarkFixture, opened: Opened, cameras, images, shapes) -> None:
     def step() -> list[str]:
         shape = shapes()
         fit = opened.fit(shape)
         figures = [
-            hull_figure(fit.hull, fit.dimensions, cameras=cameras),
-            profile_figure(fit.hull, fit.dimensions, truth_mm=SIZES_MM),
+            hull_figure.parts(fit.hull, fit.dimensions, cameras=cameras),
+            profile_figure.parts(fit.hull, fit.dimensions, truth_mm=SIZES_MM),
         ]
         for view in PAIR:
             mask = opened.mask(view)
-            figures.append(reprojection_figure(images[view], mask, cameras[view], fit.hull, points=shape.points))
-        return [as_json(figure) for figure in figures]
+            figures.append(reprojection_figure.parts(images[view], mask, cameras[view], fit.hull, points=shape.points))
+        return [figure_json(figure) for figure in figures]
 
     assert all(benchmark(step))
 
@@ -85,10 +98,10 @@ def figure(opened: Opened, cameras, images, request: pytest.FixtureRequest):
     fit, view = opened.fit(ShapeParameters.paper()), PAIR[0]
     mask = opened.mask(view)
     return {
-        "hull": lambda: hull_figure(fit.hull, fit.dimensions, cameras=cameras),
-        "profile": lambda: profile_figure(fit.hull, fit.dimensions, truth_mm=SIZES_MM),
-        "reprojection": lambda: reprojection_figure(images[view], mask, cameras[view], fit.hull, points=19),
-        "scores": lambda: score_figure(opened.best, frame=3),
+        "hull": lambda: hull_figure.parts(fit.hull, fit.dimensions, cameras=cameras),
+        "profile": lambda: profile_figure.parts(fit.hull, fit.dimensions, truth_mm=SIZES_MM),
+        "reprojection": lambda: reprojection_figure.parts(images[view], mask, cameras[view], fit.hull, points=19),
+        "scores": lambda: score_figure.parts(opened.best, frame=3),
     }[request.param]
 
 
@@ -98,14 +111,14 @@ figures = pytest.mark.parametrize("figure", ["hull", "profile", "reprojection", 
 @drawing
 @figures
 def test_one_figure_and_its_text(benchmark: BenchmarkFixture, figure) -> None:
-    assert benchmark(lambda: as_json(figure()))
+    assert benchmark(lambda: figure_json(figure()))
 
 
 @drawing
 @figures
 def test_bare_text_of_a_figure_that_is_made(benchmark: BenchmarkFixture, figure) -> None:
     made = figure()
-    assert benchmark(as_json, made)
+    assert benchmark(figure_json, made)
 
 
 @pytest.fixture
@@ -129,7 +142,7 @@ def test_frame_step_in_three_views(benchmark: BenchmarkFixture, opened: Opened, 
             detections = opened.found.views[view][frame]
             filtered = filter_detections(detections, centre_rule=opened.best.centre_rule)
             pictures.append(jpeg(draw_detections(video[frame], detections, filtered), width=PICTURE_WIDTH_PX))
-        return [*pictures, as_json(score_figure(opened.best, frame=frame)).encode()]
+        return [*pictures, figure_json(score_figure.parts(opened.best, frame=frame)).encode()]
 
     assert all(benchmark.pedantic(step, rounds=20, warmup_rounds=1))
 
@@ -143,20 +156,12 @@ def test_bare_decoding_and_jpeg(benchmark: BenchmarkFixture, next_frames) -> Non
     assert all(benchmark.pedantic(step, rounds=20, warmup_rounds=1))
 
 
-@pytest.fixture
-def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An app with a store of its own."""
-    monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path))
-    data.store.cache_clear()
-
-
 @rerunning
 @pytest.mark.usefixtures("server")
 @pytest.mark.parametrize("page", PAGES)
 def test_page_runs_again(benchmark: BenchmarkFixture, recording: Recording, page: str) -> None:
     """A round trip without the browser: Streamlit runs the page of a recording that was opened before."""
-    root = recording.views["view1"].video_path.parents[2]
-    visitor = Visitor(root).open(page)
+    visitor = Visitor(root_of(recording)).open(page)
     benchmark.pedantic(visitor.test.run, rounds=6, warmup_rounds=1)
     assert visitor.crashes == []
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from corsmal.estimation import estimate, mass_inputs
+from corsmal.estimation import RecordingMasks, estimate, mass_inputs
 from corsmal.filling import FillingPredictor, log_mel
 from corsmal.mass import MassPredictor
 from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
@@ -62,7 +62,7 @@ def test_a_new_estimate_of_one_recording(benchmark, recording, predictors, prese
 def test_bare_parsing_fits_stft_and_forward_passes(benchmark, recording, opened, predictors, preset):
     shape = getattr(ShapeParameters, preset)()
     found = estimate(recording, detections=opened.found.views, shape=shape)
-    weighed = mass_inputs(found, recording, opened.found.views)
+    weighed = mass_inputs(found, RecordingMasks(recording, opened.found.views))
     views = METHOD_VIEWS if shape.all_views else PAIRS[0]
     cameras = [recording.views[view].camera() for view in views]
     masks = [opened.found.views[view][opened.frame].mask(0) for view in views]

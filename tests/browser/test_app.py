@@ -167,7 +167,7 @@ def test_hull_is_downloaded_as_a_mesh(page: Page, address: str) -> None:
     page.goto(f"{address}/hull?L=20&dmax=10")
     plot(page, HULL)
     with page.expect_download() as caught:
-        page.get_by_role("button", name="Hull as OBJ").click()
+        page.get_by_role("button", name="Download hull (OBJ)").click()
     assert re.fullmatch(r"\d{6}_view3-view1_frame\d+\.obj", caught.value.suggested_filename)
     lines = caught.value.path().read_text(encoding="utf-8").splitlines()
     assert sum(line.startswith("v ") for line in lines) > 96

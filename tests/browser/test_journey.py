@@ -106,7 +106,7 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
     expect(main.get_by_text("1 of 1 recordings")).to_be_visible()
     main.get_by_text("Report", exact=True).click()
     with page.expect_download() as download:
-        press(page, "Report as HTML")
+        press(page, "Download report (HTML)")
     report = tmp_path / "report.html"
     download.value.save_as(report)
 

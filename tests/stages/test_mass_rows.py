@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from corsmal.estimation import estimate, mass_inputs
+from corsmal.estimation import RecordingMasks, estimate, mass_inputs
 from corsmal.stages.detections import load_detections
 from corsmal.stages.mass_rows import mass_rows
 
@@ -16,7 +16,7 @@ def test_rows_hold_what_the_estimate_asks_the_network(dataset, store):
     steps = []
     [row] = mass_rows([recording], store=store, progress=lambda done, total: steps.append((done, total)))
     detections = load_detections(recording, store=store).views
-    inputs = mass_inputs(estimate(recording, detections=detections), recording, detections)
+    inputs = mass_inputs(estimate(recording, detections=detections), RecordingMasks(recording, detections))
     np.testing.assert_array_equal(row.mask, inputs.pop("mask"))
     assert {name: getattr(row, name) for name in inputs} == inputs
     assert (row.recording_id, row.mass_g, row.container) == ("000000", 31.0, recording.annotation.container)

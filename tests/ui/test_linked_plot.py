@@ -12,7 +12,7 @@ from streamlit.testing.v1 import AppTest
 from corsmal.errors import ArgumentError
 from corsmal.ui.linked_plot import Click, PlotEvent, Shape, Slider, Span, plotly_route
 from corsmal.ui.linked_plot.assets import PLOTLY_URL
-from corsmal.ui.linked_plot.component import _figure_json
+from corsmal.ui.linked_plot.component import figure_json
 from corsmal.ui.linked_plot.events import PRESSES_MAX, parse_event
 
 SCRIPT = """
@@ -176,9 +176,9 @@ def test_parts_go_to_the_browser_as_a_checked_figure_would() -> None:
         "customdata": [[1, None], [2.5, "b"]],
         "y": np.array([]),
     }
-    sent = json.loads(_figure_json({"data": [trace], "layout": {"title": {"text": "A"}}}))
+    sent = json.loads(figure_json({"data": [trace], "layout": {"title": {"text": "A"}}}))
     checked = go.Figure([trace], {"title": {"text": "A"}})
-    assert sent == json.loads(_figure_json(checked))
+    assert sent == json.loads(figure_json(checked))
     assert sent["data"][0]["z"]["shape"] == "3, 2"
     assert np.frombuffer(base64.b64decode(sent["data"][0]["z"]["bdata"]), np.uint8).tolist() == [0, 3, 1, 4, 2, 5]
 

@@ -82,7 +82,7 @@ def linked_plot(
     _component(
         key=key,
         data={
-            "figure": _figure_json(figure),
+            "figure": figure_json(figure),
             "label": label,
             "height": height_px,
             "sliders": [asdict(slider) | {"marks": list(slider.marks.items())} for slider in sliders],
@@ -121,7 +121,8 @@ def _acknowledged_key(key: str) -> str:
     return f"{key}.acknowledged"
 
 
-def _figure_json(figure: go.Figure | Part) -> str:
+def figure_json(figure: go.Figure | Part) -> str:
+    """A figure as it goes to the browser."""
     parts = figure.to_dict() if isinstance(figure, go.Figure) else _packed(figure)
     parts.get("layout", {}).pop("template", None)
     return str(to_json_plotly(parts))
