@@ -7,8 +7,8 @@ from corsmal.ui.detecting import open_detected
 from corsmal.ui.frames import picture_pins, score_line, score_plot, stepped, view_pictures
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
+from corsmal.ui.pair_and_frame import frame_control, pair_control
 from corsmal.ui.pins import pin_button
-from corsmal.ui.selecting import frame_control, pair_control
 
 st.title("Frames")
 opened = open_detected()

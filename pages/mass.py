@@ -6,7 +6,7 @@ from corsmal.ui import mass, session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
-from corsmal.ui.selecting import frame_control, pair_control
+from corsmal.ui.pair_and_frame import frame_control, pair_control
 
 st.title("Mass")
 opened = open_detected()

@@ -3,7 +3,7 @@
 import streamlit as st
 
 from corsmal.dataset.audio import CHANNELS
-from corsmal.ui import data, media, session
+from corsmal.ui import media, session, shared
 from corsmal.ui.filling import sound
 from corsmal.ui.messages import guarded
 from corsmal.ui.opened import OpenedRecording
@@ -44,7 +44,7 @@ names = [name for name in TITLES if name in recording.views]
 for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
     with column, guarded():
         st.markdown(f"**{name}** · {TITLES[name]}")
-        st.video(media.playable_video(recording.views[name], store=data.store()), loop=True, muted=True)
+        st.video(media.playable_video(recording.views[name], store=shared.store()), loop=True, muted=True)
 if recording.audio_path is not None:
     with guarded():
         left, right = st.columns([1, 3], vertical_alignment="bottom")

@@ -7,8 +7,8 @@ from corsmal.ui import session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
+from corsmal.ui.pair_and_frame import frame_control, pair_control
 from corsmal.ui.pins import pin_button
-from corsmal.ui.selecting import frame_control, pair_control
 from corsmal.ui.shape.measures import annotated, annotated_profile_mm, hull_downloads, measures, recording_measures
 from corsmal.ui.shape.parameters import apply_sliders, compared_preset, other_parameters, preset_control
 from corsmal.ui.shape.plots import hull_pins, hull_plots, reprojections

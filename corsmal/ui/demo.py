@@ -6,7 +6,7 @@ import streamlit as st
 
 from corsmal.engines.processes import Processes
 from corsmal.synthetic import DemoProgress, write_demo
-from corsmal.ui import data
+from corsmal.ui import shared
 from corsmal.ui.folders import demo_folder, is_demo_ready
 from corsmal.ui.jobs import Job, progress_text
 from corsmal.ui.messages import plain
@@ -19,23 +19,23 @@ FIRST_POLL_S, POLL_S = 0.5, 2.0
 
 def is_coming() -> bool:
     """Whether the demo's first recording is being made."""
-    job = data.jobs().get(KEY)
+    job = shared.jobs().get(KEY)
     return job is not None and job.active and not is_demo_ready()
 
 
 def begin(processes: Processes | None = None) -> None:
     """Begin to make the demo, in processes that were started ahead where there are any."""
     folder = demo_folder()
-    data.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder, processes))
+    shared.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder, processes))
 
 
 def make_demo() -> None:
     """Make the demo, or finish one that was stopped half-way; show how far it is, and say that it is synthetic."""
     st.info("The built-in demo: **synthetic** people, containers and sounds.", icon=":material/science:")
-    job = data.jobs().get(KEY)
+    job = shared.jobs().get(KEY)
     if job is None or (job.state == "done" and not is_demo_ready()):  # the latter after somebody deleted it
         begin()
-    job = data.jobs().get(KEY)
+    job = shared.jobs().get(KEY)
     if job is None or job.active:
         st.fragment(_watch, run_every=POLL_S if is_demo_ready() else FIRST_POLL_S)()
     elif job.state == "failed":
@@ -45,7 +45,7 @@ def make_demo() -> None:
 
 def _watch() -> None:
     """Follow the job; the app is run again when it ends, and when there are more recordings to show."""
-    job = data.jobs().get(KEY)
+    job = shared.jobs().get(KEY)
     shown = st.session_state.setdefault("demo_shown", job.results if job else 0)
     if job is None or not job.active or (job.results and not shown):
         st.session_state["demo_shown"] = job.results if job else 0

@@ -11,7 +11,7 @@ from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import DetectionSet, detect_recording
 from corsmal.stages.settings import SEARCH_STEP
 from corsmal.store import Store
-from corsmal.ui import data, session
+from corsmal.ui import session, shared
 from corsmal.ui.jobs import Job, progress_text
 from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording
@@ -41,7 +41,7 @@ def _notes(found: DetectionSet) -> None:
 def _detection_job(opened: OpenedRecording) -> None:
     """Offer to detect where frames have not been inspected yet, or show how far the job is."""
     recording, found, key = opened.recording, opened.detections, opened.job_key
-    job = data.jobs().get(key)
+    job = shared.jobs().get(key)
     if job is not None and job.active:
         _watch(key)
         return
@@ -76,8 +76,8 @@ def _detection_job(opened: OpenedRecording) -> None:
     inspects_all = right.button("Inspect all frames", icon=":material/select_all:", width="stretch")
     if searches or inspects_all:
         every = 1 if inspects_all else SEARCH_STEP
-        store = data.store()
-        data.jobs().start(key, "Detecting containers", lambda job: _detect(job, recording, detector, every, store))
+        store = shared.store()
+        shared.jobs().start(key, "Detecting containers", lambda job: _detect(job, recording, detector, every, store))
         st.rerun()
 
 
@@ -106,7 +106,7 @@ def _uninspected(opened: OpenedRecording) -> list[str]:
 
 @st.fragment(run_every=0.5)
 def _watch(key: str) -> None:
-    job = data.jobs().get(key)
+    job = shared.jobs().get(key)
     shown = st.session_state.get(f"{key} shown", 0)
     if job is None or not job.active or job.results != shown:
         st.session_state[f"{key} shown"] = 0 if job is None or not job.active else job.results

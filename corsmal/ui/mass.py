@@ -24,11 +24,11 @@ from corsmal.selection import BestFrame
 from corsmal.ui import session
 from corsmal.ui.amounts import filling_text, grams, mass_error, total
 from corsmal.ui.caching import cached
-from corsmal.ui.choosing import one_of
-from corsmal.ui.downloading import download_buttons
+from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.filling import sound
 from corsmal.ui.linked_plot import PlotEvent, Slider, linked_plot
 from corsmal.ui.messages import guarded, plain
+from corsmal.ui.one_of import one_of
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.pins import pin_button
 from corsmal.weights import WeightsFile, find_weights

@@ -20,7 +20,7 @@ from corsmal.selection import BestFrame, Pair, select_best_frame
 from corsmal.stages import true_masks
 from corsmal.stages.detections import DetectionSet, load_detections
 from corsmal.stages.fits import load_fit
-from corsmal.ui import data
+from corsmal.ui import shared
 from corsmal.ui.caching import by_key, cached
 from corsmal.ui.messages import guarded
 
@@ -76,13 +76,13 @@ class OpenedRecording:
         return self._job_state() != self._seen_job
 
     def _job_state(self) -> object:
-        job = data.jobs().get(self.job_key)
+        job = shared.jobs().get(self.job_key)
         return None if job is None else (job.started_s, job.active, job.results)
 
     @cached(32, spinner="Reading the detections")
     def _detections(self, job_state: object) -> DetectionSet:
         del job_state
-        return load_detections(self.recording, store=data.store())
+        return load_detections(self.recording, store=shared.store())
 
     @cached_property
     def _source(self) -> RecordingMasks:
@@ -188,7 +188,7 @@ class OpenedRecording:
             frame=frame,
             centre_rule=centre_rule,
             shape=shape,
-            store=data.store(),
+            store=shared.store(),
             source=self,
         )
 

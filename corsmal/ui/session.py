@@ -8,7 +8,7 @@ from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.errors import CorsmalError
-from corsmal.ui import data, demo
+from corsmal.ui import demo, shared
 from corsmal.ui.folders import default_folder, demo_folder, is_demo, is_demo_ready
 from corsmal.ui.messages import plain
 from corsmal.ui.recordings import most_complete, recording_labels
@@ -141,7 +141,7 @@ def _open_dataset() -> Dataset | None:
     if not folder() or (is_demo(folder()) and not is_demo_ready()):
         return None
     try:
-        return data.dataset(folder())
+        return shared.dataset(folder())
     except CorsmalError as error:
         st.session_state[FOLDER_PROBLEM] = str(error)
         st.error(plain(str(error)), icon=":material/folder_off:")

@@ -14,7 +14,7 @@ import pytest
 import streamlit as st
 
 from corsmal.synthetic.writing.dataset import write_demo
-from corsmal.ui import data, demo
+from corsmal.ui import demo, shared
 from tests.tiny import write_tiny_dataset
 
 
@@ -62,7 +62,7 @@ def root(sound_root: Path, tmp_path: Path) -> Path:
 def _end_jobs() -> None:
     """Background work must not go on into the next test."""
     deadline = time.monotonic() + 60
-    for job in list(data.jobs()._jobs.values()):
+    for job in list(shared.jobs()._jobs.values()):
         job.cancel()
         while job.active:
             assert time.monotonic() < deadline, f"{job.label} does not end"
@@ -70,7 +70,7 @@ def _end_jobs() -> None:
 
 
 def _clear_caches() -> None:
-    data.jobs.cache_clear()
-    data.store.cache_clear()
+    shared.jobs.cache_clear()
+    shared.store.cache_clear()
     st.cache_data.clear()
     st.cache_resource.clear()

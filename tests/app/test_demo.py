@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from corsmal.errors import FileError
-from corsmal.ui import data, demo
+from corsmal.ui import demo, shared
 from corsmal.ui.folders import demo_folder
 from tests.app.conftest import small_demo
 from tests.app.driver import Visitor
@@ -40,7 +40,7 @@ def is_shown(visitor: Visitor) -> bool:
 
 
 def is_at_rest(_visitor: Visitor) -> bool:
-    job = data.jobs().get(demo.KEY)
+    job = shared.jobs().get(demo.KEY)
     return job is not None and not job.active
 
 
@@ -86,8 +86,8 @@ def test_second_start_uses_what_is_there(making: Making) -> None:
     Visitor().wait_for(is_at_rest)
     video = demo_folder() / "view3" / "rgb" / "000000.mp4"
     made_ns = video.stat().st_mtime_ns
-    data.jobs.cache_clear()
-    data.store.cache_clear()
+    shared.jobs.cache_clear()
+    shared.store.cache_clear()
     visitor = Visitor()
     assert is_shown(visitor)
     visitor.wait_for(is_at_rest)
@@ -158,7 +158,7 @@ def test_deleted_cache_is_made_anew() -> None:
     visitor = Visitor()
     visitor.wait_for(is_shown)
     visitor.wait_for(is_at_rest)
-    shutil.rmtree(data.store().root)
+    shutil.rmtree(shared.store().root)
     visitor.test.run()
     visitor.wait_for(is_shown)
     assert visitor.crashes == visitor.errors == []
@@ -167,7 +167,7 @@ def test_deleted_cache_is_made_anew() -> None:
 def test_demo_is_returned_to_from_another_folder(sound_root: Path) -> None:
     visitor = Visitor(sound_root, recording="000000", frame="2")
     assert "synthetic" not in visitor.sentences
-    assert data.jobs().get(demo.KEY) is None
+    assert shared.jobs().get(demo.KEY) is None
     visitor.press("Open the demo")
     assert visitor.test.text_input(key="data_folder").value == str(demo_folder())
     assert "synthetic" in visitor.sentences

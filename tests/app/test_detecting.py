@@ -14,7 +14,7 @@ import corsmal.detection
 from corsmal.detection import Detections
 from corsmal.detection.maskrcnn import COCO_WEIGHTS_URL
 from corsmal.parameters import METHOD_VIEWS
-from corsmal.ui import data
+from corsmal.ui import shared
 from corsmal.ui.folders import is_demo_ready
 from corsmal.weights import bundled_path
 from tests.app.driver import Visitor
@@ -65,7 +65,7 @@ def visitor(request: pytest.FixtureRequest, tiny_dataset_root: Path) -> Visitor:
 
 
 def is_done(visitor: Visitor) -> bool:
-    return not visitor.progress and not any(job.active for job in data.jobs()._jobs.values())
+    return not visitor.progress and not any(job.active for job in shared.jobs()._jobs.values())
 
 
 def inspected(visitor: Visitor) -> int:

@@ -16,7 +16,7 @@ from corsmal.runs import Run, list_runs, make_run
 from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.settings import DetectorSettings, EstimateSettings, default_settings
-from corsmal.ui import data
+from corsmal.ui import shared
 from tests.app.driver import Visitor
 from tests.fakes import FakeDetector, FakeFilling, FakeMass
 
@@ -63,7 +63,7 @@ def recorded(
         name,
         dataset,
         settings,
-        store=data.store(),
+        store=shared.store(),
         progress=lambda step, _: done.append(step),
         cancelled=lambda: stop_after in done,
     )
@@ -78,7 +78,7 @@ def opened(root: object, section: str | None = None) -> Visitor:
 
 
 def no_job(_visitor: Visitor) -> bool:
-    return not any(job.active for job in data.jobs()._jobs.values())
+    return not any(job.active for job in shared.jobs()._jobs.values())
 
 
 def table(visitor: Visitor, number: int = 0) -> pd.DataFrame:
@@ -104,7 +104,7 @@ def test_without_a_run_the_page_says_what_one_is_and_makes_it(dataset: Dataset) 
     visitor.press("Run")
     visitor.wait_for(no_job)
     visitor.test.run()
-    [kept] = list_runs(store=data.store(), dataset=dataset.root)
+    [kept] = list_runs(store=shared.store(), dataset=dataset.root)
     assert (kept.name, kept.is_complete, kept.settings.shape) == ("paper", True, ShapeParameters.paper())
     assert len(table(visitor)) == 3 + 1
     assert "parameters: paper (L 145, d_max 1 mm)" in visitor.sentences
@@ -339,7 +339,7 @@ def test_an_incomplete_run_can_be_resumed(dataset: Dataset) -> None:
     visitor.wait_for(no_job)
     visitor.test.run()
     assert visitor.warnings == []
-    assert list_runs(store=data.store())[0].is_complete
+    assert list_runs(store=shared.store())[0].is_complete
 
 
 @pytest.mark.parametrize(("stop_after", "button"), [(1, "Resume"), (None, "Update")])
@@ -349,17 +349,17 @@ def test_resuming_and_updating_detect_with_the_runs_detector(
     made = recorded(dataset, "half", detector=DetectorSettings(every=6), stop_after=stop_after)
     assert made.is_complete == (stop_after is None)
     if stop_after is None:  # new files: what was detected is of no use
-        for path in (data.store().root / "detections").glob("*/*.parquet"):
+        for path in (shared.store().root / "detections").glob("*/*.parquet"):
             path.unlink()
     fake_networks.seen = 0
     visitor = opened(dataset.root)
     visitor.press(button)
     visitor.wait_for(no_job)
-    [run] = list_runs(store=data.store())
+    [run] = list_runs(store=shared.store())
     assert run.is_complete
     assert fake_networks.seen > 0
     assert run.rows[2]["status"] == "fitted"
-    assert load_detections(dataset["000002"], store=data.store()).views
+    assert load_detections(dataset["000002"], store=shared.store()).views
 
 
 @pytest.mark.usefixtures("run")
@@ -378,7 +378,7 @@ def test_a_deleted_run_leaves_the_page_as_it_began(dataset: Dataset) -> None:
     visitor = opened(dataset.root)
     visitor.press("Delete")
     assert "There is no run on this dataset yet" in visitor.sentences
-    assert list_runs(store=data.store()) == []
+    assert list_runs(store=shared.store()) == []
 
 
 def test_without_annotation_the_estimates_are_still_shown(root: Path) -> None:

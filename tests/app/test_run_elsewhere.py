@@ -16,7 +16,7 @@ from corsmal.parameters import ShapeParameters
 from corsmal.runs import load_run, make_run
 from corsmal.stages.settings import default_settings
 from corsmal.store import Store
-from corsmal.ui import data
+from corsmal.ui import shared
 from corsmal.ui.evaluation.downloads import estimates_file, submission_file
 from tests.app.driver import Visitor
 from tests.engines.faulty import wait_for
@@ -44,7 +44,7 @@ def command(*arguments: object) -> None:
 
 
 def test_begun_with_dask_stopped_resumed_in_the_app_and_exported_it_is_one_run(root: Path, tmp_path: Path) -> None:
-    dataset, store = open_dataset(root), data.store()
+    dataset, store = open_dataset(root), shared.store()
     arguments = ["estimate", root, "--run", "shared", "--engine", "dask", "--workers", "1"]
     begun = [sys.executable, "-m", "corsmal", *arguments, "--out", tmp_path / "unfinished.csv"]
     with subprocess.Popen(begun, cwd=REPOSITORY, env=os.environ, stderr=subprocess.DEVNULL) as process:
@@ -60,7 +60,7 @@ def test_begun_with_dask_stopped_resumed_in_the_app_and_exported_it_is_one_run(r
     visitor.test.switch_page("pages/evaluation.py").run()
     assert visitor.warnings == [f"This run is incomplete: {len(stopped.rows)} of 9 recordings are estimated."]
     visitor.press("Resume")
-    wait_for(lambda: not any(job.active for job in data.jobs()._jobs.values()), seconds=300)
+    wait_for(lambda: not any(job.active for job in shared.jobs()._jobs.values()), seconds=300)
     visitor.test.run()
     assert visitor.errors == visitor.warnings == visitor.crashes == []
     resumed = load_run("shared", dataset=dataset.root, store=store)
@@ -86,7 +86,7 @@ def test_page_and_command_submit_a_row_for_every_recording(root: Path, tmp_path:
     command("estimate", root, "000000", "--run", "one", "--workers", "1", "--out", tmp_path / "one.csv")
     command("submit", root, "one", tmp_path / "submission.csv")
     dataset = open_dataset(root)
-    run = load_run("one", dataset=dataset.root, store=data.store())
+    run = load_run("one", dataset=dataset.root, store=shared.store())
     assert run is not None
     content = (tmp_path / "submission.csv").read_bytes()
     assert content == submission_file(run, dataset)

@@ -21,7 +21,7 @@ from corsmal.figures import (
 )
 from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
 from corsmal.shape import fit_hull, measure_hull
-from corsmal.ui import data
+from corsmal.ui import shared
 from corsmal.ui.linked_plot.component import figure_json
 from tests.app.driver import PAGES, Visitor
 from tests.benchmarks.conftest import Opened
@@ -45,7 +45,7 @@ def root_of(recording: Recording) -> Path:
 def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An app with a store of its own."""
     monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path))
-    data.store.cache_clear()
+    shared.store.cache_clear()
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ from corsmal.evaluation.tables import AVERAGE
 from corsmal.figures.heatmaps import blame_figure
 from corsmal.runs.attribution import STAGES, attribute_run, known_stages, load_attribution
 from corsmal.runs.run import Run
-from corsmal.ui import data
-from corsmal.ui.evaluation import cached as evaluation
-from corsmal.ui.evaluation.cached import METRIC_NAMES
+from corsmal.ui import shared
+from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.downloads import downloads
+from corsmal.ui.evaluation.run_tables import METRIC_NAMES
 from corsmal.ui.evaluation.runs import follow
 from corsmal.ui.jobs import Job
 from corsmal.ui.linked_plot import linked_plot
@@ -25,12 +25,12 @@ def attribution_section(run: Run, dataset: Dataset) -> None:
     key = f"attribution {run.key}"
     if follow(key):
         return
-    rows = load_attribution(run, store=data.store())
+    rows = load_attribution(run, store=shared.store())
     if rows is None:
         _offer(key, run, dataset)
         return
     replaced = {stage: estimates_table(found) for stage, found in rows.items()}
-    table = attribution_table(run.table, replaced, dataset.table, protocol=evaluation.protocol())
+    table = attribution_table(run.table, replaced, dataset.table, protocol=run_tables.protocol())
     changed = table[table["stage"] != AS_IT_IS]
     st.markdown(
         "How much of the error goes away when one stage is **replaced by the truth**: 100 % when nothing is left of "
@@ -88,7 +88,7 @@ def _offer(key: str, run: Run, dataset: Dataset) -> None:
         icon=":material/troubleshoot:",
     )
     if st.button("Attribute errors to stages", type="primary", icon=":material/troubleshoot:", key="start_attribution"):
-        store = data.store()
+        store = shared.store()
 
         def work(job: Job) -> None:
             job.advance(0, len(run.rows))
@@ -101,5 +101,5 @@ def _offer(key: str, run: Run, dataset: Dataset) -> None:
                 cancelled=job.cancelled,
             )
 
-        data.jobs().start(key, "Replacing stages", work)
+        shared.jobs().start(key, "Replacing stages", work)
         st.rerun()

@@ -6,10 +6,10 @@ from corsmal.dataset import Dataset
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.figures.evaluation import comparison_figure
 from corsmal.runs.run import Run
-from corsmal.ui.evaluation import cached as evaluation
-from corsmal.ui.evaluation.cached import METRIC_NAMES
+from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.links import clicked_row
+from corsmal.ui.evaluation.run_tables import METRIC_NAMES
 from corsmal.ui.linked_plot import linked_plot, plot_event
 
 METRIC = "comparison_metric"
@@ -18,7 +18,7 @@ THRESHOLD_PERCENT = 20.0
 
 def comparison_section(run: Run, dataset: Dataset) -> None:
     """The chosen run against an earlier one."""
-    others = {other.name: other for other in evaluation.runs(dataset) if other.name != run.name and other.rows}
+    others = {other.name: other for other in run_tables.runs(dataset) if other.name != run.name and other.rows}
     if not others:
         st.info(
             "There is one run on this dataset. Make a second one with other parameters or weights (*New run*, above), "
@@ -30,7 +30,7 @@ def comparison_section(run: Run, dataset: Dataset) -> None:
         f"Is {run.name} better than", list(others), key="comparison_other", format_func=lambda each: f"{each} ?"
     )
     first = others[str(name)]
-    table = evaluation.comparison(first, run, dataset)
+    table = run_tables.comparison(first, run, dataset)
     metrics = list(dict.fromkeys(table["metric"]))
     click = plot_event("comparison").click
     if click is not None:
@@ -77,7 +77,7 @@ def _changed(first: Run, run: Run, dataset: Dataset) -> None:
         format="%d",
         key="sides_threshold",
     )
-    changed = evaluation.sides(first, run, dataset, threshold_percent=threshold)
+    changed = run_tables.sides(first, run, dataset, threshold_percent=threshold)
     counts = changed["change"].value_counts()
     st.subheader(f"Changed sides: {counts.get('better', 0)} numbers became right, {counts.get('worse', 0)} wrong")
     if changed.empty:

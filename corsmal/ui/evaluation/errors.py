@@ -10,11 +10,11 @@ from corsmal.figures.evaluation import spread_figure
 from corsmal.figures.heatmaps import confusion_figure
 from corsmal.quantities import BY_NAME
 from corsmal.runs.run import Run
-from corsmal.ui.choosing import one_of
-from corsmal.ui.evaluation import cached as evaluation
-from corsmal.ui.evaluation.cached import METRIC_NAMES
+from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.links import Focus, focus, focus_container, open_recording, recordings_list
+from corsmal.ui.evaluation.run_tables import METRIC_NAMES
 from corsmal.ui.linked_plot import linked_plot, plot_event
+from corsmal.ui.one_of import one_of
 
 SPREAD, CONFUSION = "errors", "confusion"
 CLASSES = {"filling_type": "Filling type", "filling_level": "Filling level"}
@@ -22,7 +22,7 @@ CLASSES = {"filling_type": "Filling type", "filling_level": "Filling level"}
 
 def spread_section(run: Run, dataset: Dataset) -> None:
     """One metric by container, the worst first, with the error of every recording."""
-    errors = evaluation.errors(run, dataset)
+    errors = run_tables.errors(run, dataset)
     known = [metric for metric in METRICS if pd.notna(metric_of(errors, metric))]
     if not known:
         st.info("No estimate of this run can be compared with the annotation.", icon=":material/info:")
@@ -35,7 +35,7 @@ def spread_section(run: Run, dataset: Dataset) -> None:
         if click.customdata in errors.index:
             open_recording(run, click.customdata, metric=metric)
         focus_container(errors, section=SPREAD, metric=metric, container=click.customdata)
-    bars = _bars(evaluation.containers(run, dataset), metric)
+    bars = _bars(run_tables.containers(run, dataset), metric)
     points = None if is_class else errors[["container", "failed"]].assign(error=errors[METRICS[metric]])
     linked_plot(
         spread_figure(bars, points, metric=f"{METRIC_NAMES[metric]}, {'MPF1' if is_class else 'MAPE'}", unit="%"),
@@ -53,7 +53,7 @@ def spread_section(run: Run, dataset: Dataset) -> None:
 
 def confusion_section(run: Run, dataset: Dataset) -> None:
     """Fig. 3: which class is predicted for which, by cup, glass and box."""
-    errors = evaluation.errors(run, dataset)
+    errors = run_tables.errors(run, dataset)
     quantity = one_of("Classes", CLASSES, key="confusion_quantity")
     tables = {kind: table for kind, table in confusion_tables(errors, quantity).items() if table.to_numpy().any()}
     if not tables:

@@ -12,7 +12,7 @@ from corsmal.evaluation.exporting import heading
 from corsmal.evaluation.published import LEADERBOARD_SPLITS, THIS_PAPER, LeaderboardSplit
 from corsmal.evaluation.splits import SPLIT_NAMES, FoundSplit
 from corsmal.runs.run import Run
-from corsmal.ui.evaluation import cached as evaluation
+from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.downloads import downloads, notes, submission
 
 OVERALL = "overall_without_simulator"
@@ -32,8 +32,8 @@ def leaderboard_section(run: Run, dataset: Dataset) -> None:
         value=found.split == own_board,
         key=f"absent {found.split}",
     )
-    scores = evaluation.scores(run, dataset, split=found.split, absent="zero" if is_zero else "skip")
-    name, protocol = f"{MARK}{run.name} (this run, {evaluation.protocol()})", evaluation.protocol()
+    scores = run_tables.scores(run, dataset, split=found.split, absent="zero" if is_zero else "skip")
+    name, protocol = f"{MARK}{run.name} (this run, {run_tables.protocol()})", run_tables.protocol()
     st.caption(
         f"{found} {scores.attrs['scored']} of {len(dataset)} recordings are scored. "
         f"JFTL {scores['JFTL']:.1f}, CMD {scores['CMD']:.1f}."
@@ -59,7 +59,7 @@ def leaderboard_section(run: Run, dataset: Dataset) -> None:
 
 def _scored_as(run: Run, dataset: Dataset, place: Any) -> FoundSplit:
     """Which of the challenge's sets the run is scored as; the visitor may know better, but not of synthetic ones."""
-    found = evaluation.split(dataset)
+    found = run_tables.split(dataset)
     if dataset[run.rows[0]["recording_id"]].is_synthetic:
         return FoundSplit("other", "its recordings are synthetic")
     chosen = place.selectbox(

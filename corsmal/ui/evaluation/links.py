@@ -13,7 +13,7 @@ from corsmal.parameters import PAIRS
 from corsmal.quantities import BY_METRIC
 from corsmal.runs.run import Run
 from corsmal.ui import session
-from corsmal.ui.evaluation.cached import METRIC_NAMES, STAGE_PAGES
+from corsmal.ui.evaluation.run_tables import METRIC_NAMES, STAGE_PAGES
 from corsmal.ui.messages import plain
 
 FOCUS = "evaluation_focus"

@@ -10,7 +10,7 @@ from corsmal.evaluation import STAMPS, comparison_note, table_2_texts
 from corsmal.evaluation.typesetting import UNLIKE
 from corsmal.figures.report import report_html
 from corsmal.runs.run import Run
-from corsmal.ui.evaluation import cached as evaluation
+from corsmal.ui.evaluation import run_tables
 from corsmal.ui.messages import plain
 from corsmal.ui.pins import pins
 
@@ -21,13 +21,13 @@ def report_section(run: Run, dataset: Dataset) -> None:
         "One HTML file that opens without a network: the tables of this run, what was pinned on the other pages, and "
         "the parameters. Nothing is sent anywhere."
     )
-    found, protocol = evaluation.split(dataset), evaluation.protocol()
-    cells = evaluation.cells(run, dataset)
-    scores = evaluation.scores(run, dataset, split=found.split)
+    found, protocol = run_tables.split(dataset), run_tables.protocol()
+    cells = run_tables.cells(run, dataset)
+    scores = run_tables.scores(run, dataset, split=found.split)
     sentences = [
         comparison_note(cells),
         "" if found.split == "train" else UNLIKE,
-        *evaluation.errors(run, dataset).attrs["notes"],
+        *run_tables.errors(run, dataset).attrs["notes"],
     ]
     tables = {
         f"By container ({protocol}): number [95 % interval], recordings, failures": table_2_texts(cells),

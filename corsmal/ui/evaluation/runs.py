@@ -10,9 +10,9 @@ from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS, ShapeParameters
 from corsmal.runs.making import make_run, numbered_names
 from corsmal.runs.run import Run, delete_run
 from corsmal.stages.settings import SEARCH_STEP, DetectorSettings, EstimateSettings, default_settings, find_detector
-from corsmal.ui import data, session
+from corsmal.ui import session, shared
 from corsmal.ui.detecting import DETECTORS
-from corsmal.ui.evaluation import cached as evaluation
+from corsmal.ui.evaluation import run_tables
 from corsmal.ui.jobs import Job, progress_text
 from corsmal.ui.messages import guarded, plain
 from corsmal.weights import find_weights
@@ -23,9 +23,9 @@ OWN = "as on the Shape page"
 
 def chosen_run(dataset: Dataset) -> Run | None:
     """The run that is shown, under the controls for it; None while there is none."""
-    found = evaluation.runs(dataset)
+    found = run_tables.runs(dataset)
     key = job_key(dataset)
-    job = data.jobs().get(key)
+    job = shared.jobs().get(key)
     is_running = job is not None and job.active
     if not found:
         _without_runs(dataset, is_running=is_running)
@@ -47,7 +47,7 @@ def follow(key: str) -> bool:
     Returns:
         Whether it is running; the page is run again when it ends.
     """
-    job = data.jobs().get(key)
+    job = shared.jobs().get(key)
     if job is not None and job.active:
         _watch(key)
         return True
@@ -58,7 +58,7 @@ def follow(key: str) -> bool:
 
 @st.fragment(run_every=0.5)
 def _watch(key: str) -> None:
-    job = data.jobs().get(key)
+    job = shared.jobs().get(key)
     if job is None or not job.active:
         st.rerun()
     left, right = st.columns([5, 1], vertical_alignment="bottom")
@@ -99,7 +99,7 @@ def _picker(dataset: Dataset, found: list[Run]) -> Run:
         format_func=lambda name: _label(by_name[name]),
         on_change=lambda: st.session_state.update({RUN: st.session_state["run_picker"]}),
     )
-    job = data.jobs().get(job_key(dataset))
+    job = shared.jobs().get(job_key(dataset))
     # A popover stays open until another one takes its place: once something was started in it
     state = f"{run.name} {None if job is None else job.started_s}"
     with middle.popover("New run", icon=":material/add:", width="stretch", key=f"new_run {state}"):
@@ -153,7 +153,7 @@ def _new_run(dataset: Dataset, taken: list[str]) -> None:
                 f"The run leaves out its estimates; train it with `python -m corsmal train {weights.kind} ROOT RUN` "
                 f"and name it in `CORSMAL_{weights.kind.upper()}_WEIGHTS`."
             )
-    job = data.jobs().get(job_key(dataset))
+    job = shared.jobs().get(job_key(dataset))
     is_running = job is not None and job.active
     if st.button("Run", type="primary", icon=":material/play_arrow:", disabled=not ids or is_running, key="start_run"):
         st.session_state[RUN] = name.strip()
@@ -203,7 +203,7 @@ def _detector_control(example: Recording | None) -> DetectorSettings | None:
 
 def start(dataset: Dataset, name: str, ids: Sequence[str], settings: EstimateSettings) -> None:
     """Begin or resume a run in the background."""
-    store = data.store()
+    store = shared.store()
 
     def work(job: Job) -> None:
         job.advance(0, len(ids))
@@ -218,7 +218,7 @@ def start(dataset: Dataset, name: str, ids: Sequence[str], settings: EstimateSet
             cancelled=job.cancelled,
         )
 
-    data.jobs().start(job_key(dataset), f"Run {plain(name)}", work)
+    shared.jobs().start(job_key(dataset), f"Run {plain(name)}", work)
 
 
 def _resume(dataset: Dataset, run: Run) -> None:
@@ -227,4 +227,4 @@ def _resume(dataset: Dataset, run: Run) -> None:
 
 def _delete(run: Run) -> None:
     with guarded():
-        delete_run(run.name, dataset=run.dataset, store=data.store())
+        delete_run(run.name, dataset=run.dataset, store=shared.store())

@@ -6,8 +6,7 @@ from corsmal.dataset import Dataset
 from corsmal.evaluation import PROTOCOLS, STAMPS
 from corsmal.evaluation.typesetting import TITLES
 from corsmal.runs.run import Run
-from corsmal.ui.choosing import one_of
-from corsmal.ui.evaluation import cached as evaluation
+from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.attribution import attribution_section
 from corsmal.ui.evaluation.comparison import comparison_section
 from corsmal.ui.evaluation.downloads import notes
@@ -17,6 +16,7 @@ from corsmal.ui.evaluation.report import report_section
 from corsmal.ui.evaluation.sweep import sweep_section
 from corsmal.ui.evaluation.tables import container_section, rows_section
 from corsmal.ui.messages import guarded
+from corsmal.ui.one_of import one_of
 
 SECTIONS = {
     "Containers": container_section,
@@ -38,7 +38,7 @@ def section_control() -> str:
 
 def protocol_control() -> None:
     """Choose which numbers count, and say so where some are in-sample."""
-    st.session_state["protocol_control"] = evaluation.protocol()
+    st.session_state["protocol_control"] = run_tables.protocol()
     st.segmented_control(
         "Numbers that count",
         PROTOCOLS,
@@ -46,9 +46,9 @@ def protocol_control() -> None:
         required=True,
         format_func=TITLES.__getitem__,
         help="Filling and mass come from networks. " + " ".join(STAMPS.values()),
-        on_change=lambda: st.session_state.update({evaluation.PROTOCOL: st.session_state["protocol_control"]}),
+        on_change=lambda: st.session_state.update({run_tables.PROTOCOL: st.session_state["protocol_control"]}),
     )
-    if evaluation.protocol() == "in-sample":
+    if run_tables.protocol() == "in-sample":
         st.warning(f"**{STAMPS['in-sample']}**", icon=":material/warning:")
 
 
@@ -57,13 +57,13 @@ def protocol_control() -> None:
 def show_section(name: str, run: Run, dataset: Dataset) -> None:
     """Draw one section."""
     protocol_control()
-    notes(evaluation.errors(run, dataset).attrs.get("notes", ()))
+    notes(run_tables.errors(run, dataset).attrs.get("notes", ()))
     SECTIONS[name](run, dataset)
 
 
 def can_be_judged(dataset: Dataset) -> bool:
     """Whether there is a truth to hold estimates against; if not, the page says what to do."""
-    if evaluation.is_annotated(dataset):
+    if run_tables.is_annotated(dataset):
         return True
     st.info(
         "There is no annotation with a truth here, so nothing can be evaluated: put `ccm_train_annotation.json` (or "

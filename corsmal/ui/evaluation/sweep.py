@@ -11,10 +11,10 @@ from corsmal.evaluation.sweep import MEASURED
 from corsmal.figures.heatmaps import sweep_figure
 from corsmal.runs.run import Run
 from corsmal.runs.sweep import SETTINGS, Grid, load_sweep, sweep_run
-from corsmal.ui import data, session
-from corsmal.ui.evaluation import cached as evaluation
-from corsmal.ui.evaluation.cached import METRIC_NAMES
+from corsmal.ui import session, shared
+from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.downloads import downloads
+from corsmal.ui.evaluation.run_tables import METRIC_NAMES
 from corsmal.ui.evaluation.runs import follow
 from corsmal.ui.jobs import Job
 from corsmal.ui.linked_plot import linked_plot, plot_event
@@ -37,7 +37,7 @@ def sweep_section(run: Run, dataset: Dataset) -> None:
         st.caption("Choose at least one recording and two values of each parameter.")
         return
     grid = Grid(tuple(ids), tuple(sorted(counts)), tuple(sorted(steps_mm)))
-    rows = load_sweep(run, grid, store=data.store())
+    rows = load_sweep(run, grid, store=shared.store())
     if rows is not None:
         _heat_map(pd.DataFrame(rows), dataset, run)
         return
@@ -49,17 +49,17 @@ def sweep_section(run: Run, dataset: Dataset) -> None:
 
 def start(key: str, run: Run, dataset: Dataset, grid: Grid) -> None:
     """Begin a sweep in the background; its rows are there for every session when it ends."""
-    store = data.store()
+    store = shared.store()
 
     def work(job: Job) -> None:
         job.advance(0, len(grid.recordings))
         sweep_run(run, dataset, grid, store=store, progress=job.advance, cancelled=job.cancelled)
 
-    data.jobs().start(key, "Sweeping", work)
+    shared.jobs().start(key, "Sweeping", work)
 
 
 def _chosen_ids(run: Run, dataset: Dataset) -> list[str]:
-    errors = evaluation.errors(run, dataset)
+    errors = run_tables.errors(run, dataset)
     is_measured = errors["status"].str.startswith("fitted") & errors["capacity_error_percent"].notna()
     measured = [str(name) for name in errors.index[is_measured]]
     if not measured:

@@ -15,11 +15,11 @@ from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.evaluation.typesetting import TITLES, UNLIKE
 from corsmal.runs.run import Run
-from corsmal.ui.choosing import one_of
-from corsmal.ui.evaluation import cached as evaluation
-from corsmal.ui.evaluation.cached import METRIC_NAMES
+from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.downloads import downloads, submission
 from corsmal.ui.evaluation.links import clicked_row, focus_container, recordings_list
+from corsmal.ui.evaluation.run_tables import METRIC_NAMES
+from corsmal.ui.one_of import one_of
 
 SECTION = "table"
 GOOD, BAD, GREY = "#0D9488", "#E5484D", "#8A8F98"
@@ -40,7 +40,7 @@ SIDE_COLUMNS = {"difference": ("Δ", 54), "published": ("paper", 54), "interval"
 
 def container_section(run: Run, dataset: Dataset) -> None:
     """Table 2 beside the paper's; a click on a number lists its recordings."""
-    errors, protocol = evaluation.errors(run, dataset), evaluation.protocol()
+    errors, protocol = run_tables.errors(run, dataset), run_tables.protocol()
     left, right = st.columns([5, 3], vertical_alignment="bottom")
     with left:
         side = one_of("Beside each number", SIDES, key="table_side")
@@ -48,8 +48,8 @@ def container_section(run: Run, dataset: Dataset) -> None:
     more = right.pills(
         "Further column groups", others, selection_mode="multi", format_func=TITLES.__getitem__, key=f"more {protocol}"
     )
-    cells = evaluation.cells(run, dataset, protocol, *more)
-    shown, styled = table_2(evaluation.containers(run, dataset), cells, side=side)
+    cells = run_tables.cells(run, dataset, protocol, *more)
+    shown, styled = table_2(run_tables.containers(run, dataset), cells, side=side)
     event = st.dataframe(
         styled,
         key=f"table_2 {run.name} {side} {protocol} {more}",
@@ -60,7 +60,7 @@ def container_section(run: Run, dataset: Dataset) -> None:
         column_config=_columns(shown),
         placeholder="–",
     )
-    is_like_with_like = evaluation.split(dataset).split == "train"
+    is_like_with_like = run_tables.split(dataset).split == "train"
     st.caption(
         "Level and type: MPF1 in %, the higher the better; the others: MAPE in %, the lower the better. The more "
         "orange, the worse. Click a number to list its recordings, a heading to sort."
@@ -156,7 +156,7 @@ def _columns(shown: pd.DataFrame) -> dict[str, Any]:
 
 def rows_section(run: Run, dataset: Dataset) -> None:
     """Every recording of the run with its errors, to be filtered and sorted."""
-    errors = evaluation.errors(run, dataset)
+    errors = run_tables.errors(run, dataset)
     left, right = st.columns([3, 1], vertical_alignment="bottom")
     containers = left.multiselect("Container", sorted(errors["container"].unique()), key="rows_container")
     only_failed = right.toggle("Failed only", key="rows_failed")

@@ -8,7 +8,7 @@ import streamlit as st
 from corsmal.figures.report import Pin
 from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
 from corsmal.ui import media, session
-from corsmal.ui.downloading import download_buttons
+from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.filling import sound
 from corsmal.ui.filling.answer import HEADS
 from corsmal.ui.opened import OpenedRecording

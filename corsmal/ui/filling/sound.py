@@ -9,7 +9,7 @@ from corsmal.digests import file_fingerprint
 from corsmal.errors import CorsmalError, FileError
 from corsmal.figures.sound import SoundPicture, sound_picture
 from corsmal.filling import FillingPrediction
-from corsmal.ui import data, media
+from corsmal.ui import media, shared
 from corsmal.ui.caching import by_key, cached
 from corsmal.ui.opened import OpenedRecording
 from corsmal.weights import find_weights
@@ -78,7 +78,7 @@ def features(opened: OpenedRecording) -> "Features":
     """
     from corsmal.filling.features import recording_features  # noqa: PLC0415 - as above
 
-    return recording_features(opened.recording, store=data.store())
+    return recording_features(opened.recording, store=shared.store())
 
 
 @cached(32, spinner="Reading the sound")

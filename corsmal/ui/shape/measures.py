@@ -10,7 +10,7 @@ from corsmal.estimation import Estimate, Fit
 from corsmal.quantities import BY_NAME, DIMENSIONS, GEOMETRY
 from corsmal.shape import MESH_FORMATS, export_mesh, profile_table
 from corsmal.ui.amounts import amount, percent_error
-from corsmal.ui.downloading import download_buttons
+from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.messages import plain
 
 

@@ -9,9 +9,9 @@ from corsmal.figures.hull import Scope
 from corsmal.figures.report import Pin
 from corsmal.selection import BestFrame
 from corsmal.shape import Hull
-from corsmal.ui.choosing import one_of
 from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import guarded
+from corsmal.ui.one_of import one_of
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.shape.parameters import live_sliders, preset_button
 

@@ -24,7 +24,7 @@ from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.splits import FoundSplit, Split
 from corsmal.quantities import QUANTITIES
 from corsmal.runs.run import KIND, Run, list_runs
-from corsmal.ui import data
+from corsmal.ui import shared
 
 METRIC_NAMES = {quantity.metric: quantity.label for quantity in QUANTITIES}
 """Table 2's metrics, as briefly as headings need."""
@@ -49,7 +49,7 @@ KEYS: dict[Any, Any] = {Run: lambda run: run.key, Dataset: annotation_key}
 
 def runs(dataset: Dataset) -> list[Run]:
     """The runs on a dataset, made here or by command, the newest first."""
-    store, times = data.store(), []
+    store, times = shared.store(), []
     for key in store.keys(KIND):
         with suppress(FileNotFoundError):  # deleted by another session
             times.append((key, store.file(KIND, key, ".json").stat().st_mtime_ns))
@@ -59,7 +59,7 @@ def runs(dataset: Dataset) -> list[Run]:
 @st.cache_resource(max_entries=8, show_spinner=False)
 def _runs(folder: str, times: Sequence[tuple[str, int]], root: str) -> list[Run]:
     del folder, times  # part of the key only
-    return list_runs(store=data.store(), dataset=root)
+    return list_runs(store=shared.store(), dataset=root)
 
 
 def protocol() -> Protocol:
