@@ -2,14 +2,10 @@
 
 import numpy as np
 
-from corsmal.dataset import TrainedOn
 from corsmal.detection import Detections
 from corsmal.filling import FillingPrediction
 from corsmal.mass import MassPrediction, restore_mask
 from tests.tiny import CUP
-
-ELSEWHERE = TrainedOn({"recorded elsewhere": {}}, is_synthetic=False)
-"""What the fake networks were trained on: no test's recording."""
 
 
 class FakeDetector:
@@ -36,7 +32,7 @@ class FakeFilling:
     def __init__(self, filling_type: int, filling_level: int) -> None:
         self.answer = (filling_type, filling_level)
         self.digest = f"fake filling {self.answer}"
-        self.trained_on: TrainedOn | None = ELSEWHERE
+        self.trained_on = None
         self.heard: np.ndarray | None = None
         self.steps_s: float | None = None
 
@@ -57,7 +53,7 @@ class FakeMass:
     def __init__(self, mass_g: float | None) -> None:
         self.answer = mass_g
         self.digest = f"fake mass {mass_g}"
-        self.trained_on: TrainedOn | None = ELSEWHERE
+        self.trained_on = None
         self.mask: np.ndarray | None = None
         self.inputs: dict[str, float | None] = {}
 

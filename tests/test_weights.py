@@ -11,7 +11,7 @@ from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation import read_estimates
 from corsmal.filling import FillingPredictor
 from corsmal.mass import MassPredictor
-from corsmal.ui.filling import cached as filling_page
+from corsmal.ui.filling import sound as filling_page
 from corsmal.weights import (
     BUNDLED,
     WeightsFile,

@@ -14,7 +14,7 @@ from corsmal.evaluation import (
     error_table,
     submission_table,
 )
-from corsmal.evaluation.recordings import ERROR_COLUMNS
+from corsmal.quantities import QUANTITIES
 from tests.evaluation.made import made_annotation, perfect_estimates
 
 RECORDINGS, RESAMPLES = 684, 2000
@@ -60,7 +60,7 @@ def test_all_tables_of_684_recordings(
 
 @judging
 def test_bare_means_by_pandas_and_confusions_by_scikit(benchmark: BenchmarkFixture, errors: pd.DataFrame) -> None:
-    columns = list(ERROR_COLUMNS.values())
+    columns = [quantity.error_column for quantity in QUANTITIES if not quantity.is_class]
     classes = [(errors[f"{name}_true"].to_numpy(int), errors[name].to_numpy(int)) for name in CLASSES]
 
     def tables() -> list[object]:
