@@ -92,7 +92,7 @@ def test_recordings_without_detections_are_detected_in_where_that_is_asked_for(r
 
 
 def test_runs_are_listed_shown_exported_and_deleted(root):
-    assert "There is no run." in command("runs", "list", root)
+    assert "There are no runs." in command("runs", "list", root)
     command("estimate", root, "--run", "mine", "--out", "written.csv")
     assert "3 of 3" in command("runs", "list", root)
     [listed] = json.loads(command("runs", "list", root, "--json"))
