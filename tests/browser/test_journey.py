@@ -37,7 +37,7 @@ def plot(page: Page, label: str | re.Pattern[str]) -> Locator:
 
 
 def press(page: Page, name: str) -> None:
-    page.get_by_test_id("stMain").get_by_role("button", name=name).first.click()
+    page.get_by_test_id("stMain").get_by_role("button", name=name, exact=True).first.click()
 
 
 def press_cell(table: Locator, *, column_share: float) -> None:
