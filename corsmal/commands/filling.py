@@ -39,13 +39,17 @@ def train(
 
     With the preset paper a seventh of them is held out, by which the best epoch is chosen.
     """
-    from corsmal.dataset import open_dataset
+    from corsmal.dataset import TrainedOn, open_dataset
+    from corsmal.digests import digest
     from corsmal.filling import train_filling
 
     training = replace(_training(preset, epochs), retrain=retrain)
-    samples = _samples(open_dataset(root), features)
+    dataset = open_dataset(root)
+    samples = _samples(dataset, features)
+    arrays = {} if features is None else {sample.recording_id: digest(sample.features) for sample in samples}
+    trained_on = TrainedOn.of([dataset[sample.recording_id] for sample in samples], features=arrays)
     with _training_bar() as progress:
-        path = train_filling(folder, samples, preset=training, seed=seed, progress=progress)
+        path = train_filling(folder, samples, preset=training, seed=seed, trained_on=trained_on, progress=progress)
     say(f"Weights: {path}")
 
 

@@ -1,5 +1,6 @@
 """``train mass`` and ``evaluate mass``: the network for the container's mass."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -27,10 +28,13 @@ def train(
 
     Detections are needed: beside the videos, or from `detect`.
     """
+    from corsmal.dataset import TrainedOn, open_dataset
     from corsmal.mass import MassConfig, MassTraining, train_mass
 
     network = MassConfig.paper() if preset == "paper" else MassConfig.tuned()
-    trained = train_mass(_rows(root), folder, MassTraining(network=network, epochs=epochs, seed=seed))
+    rows, dataset = _rows(root), open_dataset(root)
+    trained_on = replace(TrainedOn.of([dataset[row.recording_id] for row in rows]), facts={"shape": "paper"})
+    trained = train_mass(rows, folder, MassTraining(network=network, epochs=epochs, seed=seed), trained_on=trained_on)
     for reason, count in trained.dropped.items():
         say(f"Recordings not used: {count} ({reason})")
     say(f"Recordings trained on: {trained.rows}, validated on: {trained.validation_rows}; epochs: {trained.epochs}")

@@ -9,7 +9,14 @@ from corsmal.engines.local import local_engine
 from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS, ShapeParameters
 from corsmal.runs.making import make_run, numbered_names
 from corsmal.runs.run import Run, delete_run
-from corsmal.stages.settings import SEARCH_STEP, DetectorSettings, EstimateSettings, default_settings, find_detector
+from corsmal.stages.settings import (
+    SEARCH_STEP,
+    DetectorSettings,
+    EstimateSettings,
+    default_settings,
+    find_detector,
+    left_out_note,
+)
 from corsmal.ui import session, shared
 from corsmal.ui.detecting import DETECTORS
 from corsmal.ui.evaluation import run_tables
@@ -153,11 +160,15 @@ def _new_run(dataset: Dataset, taken: list[str]) -> None:
                 f"The run leaves out its estimates; train it with `python -m corsmal train {weights.kind} ROOT RUN` "
                 f"and name it in `CORSMAL_{weights.kind.upper()}_WEIGHTS`."
             )
+    settings = default_settings(dataset, shape=presets[str(preset)], detector=detector)
+    left_out = left_out_note(dataset, settings)
+    if left_out:
+        st.caption(f":material/info: {plain(left_out)}")
     job = shared.jobs().get(job_key(dataset))
     is_running = job is not None and job.active
     if st.button("Run", type="primary", icon=":material/play_arrow:", disabled=not ids or is_running, key="start_run"):
         st.session_state[RUN] = name.strip()
-        start(dataset, name, ids, default_settings(dataset, shape=presets[str(preset)], detector=detector))
+        start(dataset, name, ids, settings)
         st.rerun()
     if is_running:
         st.caption("Another run on this dataset is being made.")
