@@ -271,7 +271,12 @@ def _(place: Place, arguments: list[str]) -> None:
     output = run([*arguments, "--epochs", "1"])
     weights = place.run_of("train filling") / "filling.safetensors"
     assert str(weights) in output
-    assert FillingPredictor(weights).predict(np.zeros((8, 3, 128), np.float32)).ok
+    predictor = FillingPredictor(weights)
+    assert predictor.predict(np.zeros((8, 3, 128), np.float32)).ok
+    assert predictor.trained_on is not None
+    recordings = open_dataset(place.dataset)
+    seen = [predictor.trained_on.has_seen(recording) for recording in recordings]
+    assert seen == [recording.audio_path is not None for recording in recordings]
 
 
 @check("evaluate filling")
