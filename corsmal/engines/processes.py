@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Container, Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -13,14 +14,14 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from corsmal.engines.engine import Item, Outcome, Row, attempt
+from corsmal.engines.engine import Item, Outcome, Row, attempt, never
 from corsmal.errors import ArgumentError, CorsmalError
 
 ATTEMPTS_MAX = 2
 """A process may be killed for no fault of its recording, which is then begun once more."""
 
-FAREWELL_S = 5.0
-"""How long a process that is stopped may take to remove unfinished files."""
+FAREWELL_S = 3.0
+"""How long processes that are stopped may take to remove unfinished files."""
 
 GIVING_WAY = 15
 """Niceness of work that nobody waits for: without it a detector on the same cores is ten times slower."""
@@ -78,7 +79,7 @@ class Processes:
         recordings: Sequence[Item],
         *,
         awaited: int | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Callable[[], bool] = never,
     ) -> Generator[Outcome]:
         """Yield an outcome for each recording as soon as there is one.
 
@@ -100,7 +101,7 @@ class Processes:
         try:
             workers += [self._worker(count) for _ in range(count - len(workers))]
             while waiting or set(doing.values()) - {_AHEAD}:
-                if cancelled is not None and cancelled():
+                if cancelled():
                     return
                 for worker in workers:
                     if waiting and worker not in doing:
@@ -108,7 +109,7 @@ class Processes:
                         if awaited is not None and index >= awaited:
                             worker.give_way()
                         worker.give(task, index, recordings[index])
-                for worker in _answering(doing, None if cancelled is None else POLL_S):
+                for worker in _answering(doing, None if cancelled is never else POLL_S):
                     index, outcome = doing.pop(worker), worker.answer()
                     if outcome is None:
                         workers[workers.index(worker)] = self._worker(count)
@@ -171,7 +172,7 @@ class _Worker:
         try:
             outcome: Outcome = self.connection.recv()
         except (EOFError, OSError):
-            self.join()
+            self.join(FAREWELL_S)
             return None
         return outcome
 
@@ -186,9 +187,9 @@ class _Worker:
         if is_busy:
             self._process.terminate()
 
-    def join(self) -> None:
+    def join(self, timeout_s: float) -> None:
         try:
-            self._process.wait(FAREWELL_S)
+            self._process.wait(timeout_s)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -199,8 +200,9 @@ class _Worker:
 def _end(workers: Collection[_Worker], busy: Container[_Worker]) -> None:
     for worker in workers:
         worker.stop(is_busy=worker in busy)
+    end_s = time.monotonic() + FAREWELL_S
     for worker in workers:
-        worker.join()
+        worker.join(max(0.0, end_s - time.monotonic()))
 
 
 def _answering(busy: Iterable[_Worker], timeout_s: float | None) -> list[_Worker]:

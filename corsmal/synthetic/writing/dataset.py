@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from corsmal.engines.engine import in_turn
+from corsmal.engines.engine import in_turn, never
 from corsmal.engines.processes import Processes
 from corsmal.errors import ArgumentError, CorsmalError, FileError
 from corsmal.synthetic.scene.cameras import DEMO_SIZE
@@ -49,7 +49,7 @@ def write_demo(
     size: tuple[int, int] = DEMO_SIZE,
     frame_step: int = 1,
     progress: Callable[[DemoProgress], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Callable[[], bool] = never,
     workers: int | None = None,
     processes: Processes | None = None,
 ) -> tuple[str, ...]:
@@ -99,20 +99,18 @@ def write_demo(
     settings |= {"frame_step": frame_step} if frame_step > 1 else {}
     _claim(root, settings)
     making = _Making(root, plan, frame_step, progress or (lambda _progress: None))
-    task, is_stopped = WritePiece(root / STAGING, size, frame_step), cancelled or (lambda: False)
+    task = WritePiece(root / STAGING, size, frame_step)
     if processes is None and workers != 0 and making.pieces:
         processes = start_processes(root, count=workers)
     if processes is None:
-        outcomes = in_turn(task, making.pieces)
+        outcomes = in_turn(task, making.pieces, cancelled=cancelled)
     else:
-        outcomes = processes(task, making.pieces, awaited=making.awaited, cancelled=is_stopped)
+        outcomes = processes(task, making.pieces, awaited=making.awaited, cancelled=cancelled)
     with closing(outcomes):
         for outcome in outcomes:
             if outcome.problem:
                 raise CorsmalError(outcome.problem)
             making.note(making.pieces[outcome.index])
-            if is_stopped():
-                break
     return making.complete
 
 
