@@ -24,4 +24,4 @@ class FileError(CorsmalError):
 
 
 class NotFoundError(CorsmalError, LookupError):
-    """A recording, view or result that was asked for is not there; the text says what there is instead."""
+    """A requested recording, view or result does not exist; the text says what exists instead."""

@@ -82,5 +82,5 @@ def evaluate(
     with progress_bar("frames") as progress:
         report = detector_report(demo_detector(weights), frames=frames, progress=progress)
     typer.echo(detector_table(report).round(3).to_string())
-    worst = report[report["asked"]].fillna({"iou": 0.0}).sort_values("iou").head(10)
+    worst = report[report["visible"]].fillna({"iou": 0.0}).sort_values("iou").head(10)
     typer.echo(f"\nThe worst frames:\n{worst.to_string(index=False)}")

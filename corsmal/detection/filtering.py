@@ -42,7 +42,7 @@ def filter_detections(
 
     Args:
         detections: one frame's.
-        centre_rule: ``both thirds`` (the paper's), ``horizontal third`` (the width alone) or ``none``.
+        centre_rule: ``both thirds`` (the paper's), ``horizontal third`` (only the width) or ``none``.
         parameters: classes, least score and how many are kept.
 
     Raises:

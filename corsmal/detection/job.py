@@ -64,9 +64,9 @@ def detect_view(
         video: the view's video.
         detector: such as ``MaskRCNNDetector``.
         frames: the frames to inspect; default: all.
-        batch_size: so many frames are handed to the detector at a time.
+        batch_size: number of frames handed to the detector at a time.
         progress: called after every batch with the numbers of frames done and wanted.
-        cancelled: asked before every batch; true stops the work.
+        cancelled: checked before every batch; true stops the work.
 
     Raises:
         ArgumentError: ``batch_size`` or a frame is out of range, or the detector returns the wrong number of results.

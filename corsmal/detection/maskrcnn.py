@@ -40,7 +40,7 @@ class MaskRCNNDetector(TorchDetector):
             there on first use (170 MB).
         device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
         score_min: detections with a lower score are not reported.
-        image_side_min_px: images are scaled so that their shorter side has so many pixels (800 in training).
+        image_side_min_px: length of the shorter side, in pixels, to which images are scaled (800 in training).
 
     Raises:
         ArgumentError: a number is out of range or there is no such device.

@@ -115,7 +115,7 @@ def run_lengths(counts: bytes, size: Size) -> NDArray[np.int64]:
 
 
 def whole_counts(counts: Iterable[bytes], size: Size) -> set[bytes]:
-    """Those of many counts that ``run_lengths`` finds no fault with, told many times faster than one by one."""
+    """Those of many counts that ``run_lengths`` finds no fault with, found many times faster than one by one."""
     items = list(filter(None, counts))
     part_of = np.cumsum([len(item) for item in items], dtype=np.int64) // CHARACTERS_AT_ONCE
     found: set[bytes] = set()

@@ -18,7 +18,7 @@ class Outcome:
     """What became of one recording.
 
     Args:
-        index: of the recording among those that were asked for.
+        index: of the recording among those that were given.
         row: the result; None where there is none.
         problem: why there is none, one sentence.
     """
@@ -43,7 +43,7 @@ def never() -> bool:
 
 
 def attempt(task: Callable[[Item], Row], index: int, recording: Item) -> Outcome:
-    """Do the task for one recording; whatever it raises is its problem alone."""
+    """Do the task for one recording; whatever it raises is the problem of this recording only."""
     try:
         return Outcome(index, task(recording))
     except CorsmalError as error:

@@ -151,7 +151,7 @@ class _Worker:
                 stdin=subprocess.PIPE,
                 pass_fds=[theirs.fileno()],
                 env={**environment, "PYTHONPATH": path},
-                process_group=0,  # the keyboard reaches this process alone, which decides
+                process_group=0,  # the keyboard reaches only this process, which decides
             )
         except OSError as error:
             self.connection.close()

@@ -94,7 +94,7 @@ def relative_errors(estimated: Values, true: Values) -> NDArray[np.float64]:
     estimates, truths = numbers(estimated, name="estimated"), numbers(true, name="true")
     _check_lengths("estimated", estimates, "true", truths)
     if not np.all(np.isfinite(truths) & (truths > 0)):
-        raise ArgumentError("true must hold positive numbers alone: a relative error needs a truth to relate to")
+        raise ArgumentError("true must hold positive numbers only: a relative error needs a truth to relate to")
     estimates = np.where(np.isfinite(estimates) & (estimates >= 0), estimates, np.nan)
     errors: NDArray[np.float64] = 100 * (estimates - truths) / truths
     return errors

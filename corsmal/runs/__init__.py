@@ -1,4 +1,4 @@
-"""A run: what was asked, with what, and its rows; attribution, sweeps and what is learned from a dataset."""
+"""Runs: estimates of many recordings under a name; attribution, sweeps, and what is learned from a dataset."""
 
 from corsmal.runs.making import make_run
 from corsmal.runs.reproduction import Reproduction, reproduce

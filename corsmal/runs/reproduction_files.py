@@ -40,7 +40,7 @@ def write_results(results: Results, settings: ReproductionSettings, out: Path) -
 
     Args:
         results: what the steps found.
-        settings: what was asked for.
+        settings: of the reproduction.
         out: the reproduction's folder.
 
     Returns:

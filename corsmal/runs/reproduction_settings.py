@@ -1,4 +1,4 @@
-"""What a reproduction is asked for, and the plan of its steps with the time that each takes."""
+"""Settings of a reproduction, and the plan of its steps with the time that each takes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace

@@ -23,7 +23,7 @@ OWN = "own parameters"
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One evaluation: what was asked, with what, from which files, and the rows so far.
+    """One evaluation: which recordings, with what, from which files, and the rows so far.
 
     Args:
         name: for people, unique within a dataset's folder.

@@ -1,4 +1,4 @@
-"""The wall of a dataset's containers, learnt from their annotated capacities, and what it is worth to an unseen one."""
+"""The wall thickness of a dataset's containers, learned from annotated capacities, and its effect on unseen ones."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class LearntWall:
     """What ``learn_wall`` found.
 
     Args:
-        wall_mm: the wall learnt from all round containers.
+        wall_mm: the wall learned from all round containers.
         table: a row per round container: container, recordings, wall_mm as the others have it, and the mean absolute
             error of the capacity in % without a wall, with the preset's and with that of the others.
     """

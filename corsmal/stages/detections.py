@@ -97,7 +97,7 @@ def detect_recording(
     """Detect in the method's views and keep the results; frames that were inspected before are not inspected again.
 
     The frames are gone through from coarse to fine: every sixteenth or so, then those between. With ``every`` above 1
-    that ends early, and only the frames beside each pair's best one so far are looked at more closely.
+    that ends early, and only the frames beside each pair's best one so far are inspected more closely.
 
     Args:
         recording: views that lack a video, or have a detections file, are passed over.
@@ -106,7 +106,7 @@ def detect_recording(
         every: step of the search for the best frame; 1 inspects all frames.
         progress: called with the numbers of frames done and wanted, over all views.
         kept: called when more results can be read from the store.
-        cancelled: asked between batches; true stops the work and keeps what was done.
+        cancelled: checked between batches; true stops the work and keeps what was done.
 
     Raises:
         ArgumentError: ``every`` is not positive.
@@ -170,7 +170,7 @@ def _strides(every: int) -> list[int]:
 def _beside_the_best(detections: DetectionSet, seen: set[int], step: int) -> list[int]:
     """The frames a step before and after the best frame of each pair.
 
-    Only frames that this search has seen are asked for, whatever else the store holds: a search that is begun again
+    Only frames that this search has seen count, whatever else the store holds: a search that is begun again
     takes the same way, and finds it done.
     """
     views = {name: {frame: view[frame] for frame in seen.intersection(view)} for name, view in detections.views.items()}

@@ -1,4 +1,4 @@
-"""Estimates, kept in the store so that a run that was stopped goes on where it was."""
+"""Estimates, kept in the store so that an interrupted run resumes."""
 
 import time
 from dataclasses import dataclass, field
@@ -32,8 +32,8 @@ class Predictors:
     Args:
         shape: parameters of the fit.
         means: of a training set; None: a failure holds no numbers.
-        filling: tells type and level; None: they are left out.
-        mass: tells the container's mass; None: it is left out.
+        filling: predicts type and level; None: they are left out.
+        mass: predicts the container's mass; None: it is left out.
         features: folder of arrays for ``filling``; None: log-mel of the sound.
     """
 

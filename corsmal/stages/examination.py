@@ -111,7 +111,7 @@ def _distance(cameras: list[Camera], centroids: list[NDArray[np.float64]]) -> fl
 
 @contextmanager
 def _noting(broken: list[str]) -> Iterator[None]:
-    """Note what the block says is wrong, and go on."""
+    """Note the error that the block raises, and continue."""
     try:
         yield
     except CorsmalError as error:

@@ -46,10 +46,10 @@ def test_containers_take_turns_and_nothing_is_found_where_nothing_is_detected(no
     assert (nothing["false"] == 0).all()
 
 
-def test_true_masks_are_found_in_every_frame_that_asks_for_one(truths):
+def test_true_masks_are_found_in_every_frame_that_has_a_visible_one(truths):
     report = detector_report(Answers([(truth.visible,) for truth in truths]), frames=FRAMES)
-    assert report["asked"].tolist() == [truth.visible.sum() > truth.amodal.sum() / 2 for truth in truths]
-    assert (report["found"] == report["asked"]).all()
+    assert report["visible"].tolist() == [truth.visible.sum() > truth.amodal.sum() / 2 for truth in truths]
+    assert (report["found"] == report["visible"]).all()
     assert (report["iou"].dropna() == 1).all()
     assert (report["false"] == 0).all()
 
@@ -69,16 +69,16 @@ def test_table_is_by_container_and_over_all_frames():
     report = pd.DataFrame(
         {
             "container": ["cup", "cup", "box", "box"],
-            "asked": [True, True, True, False],
+            "visible": [True, True, True, False],
             "found": [True, False, True, False],
             "iou": [0.8, np.nan, 0.6, np.nan],
             "false": [0, 2, 0, 0],
         }
     )
     table = detector_table(report)
-    assert table.loc["cup"].to_dict() == {"frames": 2, "asked": 2, "recall": 0.5, "iou": 0.8, "false_per_frame": 1.0}
-    assert table.loc["box", ["asked", "recall"]].tolist() == [1, 1]
-    assert table.loc["all frames", ["frames", "asked"]].tolist() == [4, 3]
+    assert table.loc["cup"].to_dict() == {"frames": 2, "visible": 2, "recall": 0.5, "iou": 0.8, "false_per_frame": 1.0}
+    assert table.loc["box", ["visible", "recall"]].tolist() == [1, 1]
+    assert table.loc["all frames", ["frames", "visible"]].tolist() == [4, 3]
     assert table.loc["all frames", "recall"] == pytest.approx(2 / 3)
     assert table.loc["all frames", "iou"] == pytest.approx(0.7)
     assert table.loc["all frames", "false_per_frame"] == 0.5

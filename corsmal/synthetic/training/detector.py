@@ -54,7 +54,7 @@ class DetectorModule(lightning.LightningModule):
 
 
 def train_detector(folder: Path, training: DetectorTraining | None = None, *, init: Path | None = None) -> Path:
-    """Train the demo's detector, or go on where a run in the same folder was stopped.
+    """Train the demo's detector, or resume an interrupted run in the same folder.
 
     Args:
         folder: gets checkpoints, ``metrics.csv`` and the weights.

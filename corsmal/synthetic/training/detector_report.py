@@ -18,7 +18,7 @@ SEEDS_FROM = 1_000_000
 
 SCORE_MIN, IOU_MIN = 0.5, 0.5
 SHOWN_SHARE_MIN = 0.5
-"""A container of which less can be seen is not asked for."""
+"""A container of which less can be seen may be missed."""
 
 
 def detector_report(
@@ -32,7 +32,7 @@ def detector_report(
         progress: called with the numbers of frames done and wanted.
 
     Returns:
-        A row per frame: ``seed``, ``container``, ``view``, ``frame``; ``asked``: more than half of the container can be
+        A row per frame: ``seed``, ``container``, ``view``, ``frame``; ``visible``: more than half of the container is
         seen; ``found``: a detection's mask overlaps it with an IoU of at least 0.5; ``iou``: of the best one, NaN where
         there is none; ``false``: detections of score 0.5 or more that are not the container.
 
@@ -48,14 +48,14 @@ def detector_report(
         scene = make_scene(seed, container=number)
         view, frame = VIEWS[rng.integers(len(VIEWS))], int(rng.integers(scene.frames))
         truth = render_frame(scene, view, frame)
-        asked = bool(truth.visible.sum() > SHOWN_SHARE_MIN * truth.amodal.sum())
+        visible = bool(truth.visible.sum() > SHOWN_SHARE_MIN * truth.amodal.sum())
         [detections] = detector.detect([truth.image])
-        iou, false = _compared(detections, truth, asked=asked)
-        is_hit = asked and iou >= IOU_MIN
-        rows.append((seed, scene.container.name, view, frame, asked, is_hit, iou if is_hit else np.nan, false))
+        iou, false = _compared(detections, truth, visible=visible)
+        is_hit = visible and iou >= IOU_MIN
+        rows.append((seed, scene.container.name, view, frame, visible, is_hit, iou if is_hit else np.nan, false))
         if progress is not None:
             progress(index + 1, frames)
-    return pd.DataFrame(rows, columns=["seed", "container", "view", "frame", "asked", "found", "iou", "false"])
+    return pd.DataFrame(rows, columns=["seed", "container", "view", "frame", "visible", "found", "iou", "false"])
 
 
 def detector_table(report: pd.DataFrame) -> pd.DataFrame:
@@ -66,21 +66,21 @@ def detector_table(report: pd.DataFrame) -> pd.DataFrame:
     """
 
     def summary(rows: pd.DataFrame) -> pd.Series:
-        asked = rows[rows["asked"]]
-        figures = [len(rows), len(asked), asked["found"].mean(), rows["iou"].mean(), rows["false"].mean()]
-        return pd.Series(figures, index=["frames", "asked", "recall", "iou", "false_per_frame"])
+        visible = rows[rows["visible"]]
+        figures = [len(rows), len(visible), visible["found"].mean(), rows["iou"].mean(), rows["false"].mean()]
+        return pd.Series(figures, index=["frames", "visible", "recall", "iou", "false_per_frame"])
 
     table = pd.DataFrame({name: summary(rows) for name, rows in report.groupby("container", sort=False)}).T
     table.loc["all frames"] = summary(report)
-    return table.astype({"frames": int, "asked": int})
+    return table.astype({"frames": int, "visible": int})
 
 
-def _compared(detections: Detections, truth: FrameTruth, *, asked: bool) -> tuple[float, int]:
-    """The best overlap, and how many are not the container; one that is not asked for may be found or not."""
+def _compared(detections: Detections, truth: FrameTruth, *, visible: bool) -> tuple[float, int]:
+    """The best overlap, and how many are not the container; one of which less can be seen may be found or not."""
     kept = np.flatnonzero(np.asarray(detections.scores) >= SCORE_MIN)
     masks = [detections.mask(int(index)) for index in kept]
     overlaps = [mask_iou(mask, truth.visible) for mask in masks]
-    if asked:
+    if visible:
         right = min(1, sum(overlap >= IOU_MIN for overlap in overlaps))
     else:
         right = sum(bool((mask & truth.amodal).any()) for mask in masks)

@@ -27,7 +27,7 @@ NETWORK = SmallMaskRCNNConfig(mask_side=56, mask_scale=448, unreported=1)
 
 FRAMES_PER_SCENE = 6
 VISIBLE_PX_MIN, VISIBLE_SHARE_MIN = 24, 0.15
-"""A container of which less can be seen is not asked for."""
+"""A container of which less can be seen is no target."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class RenderedFrames(IterableDataset[list[tuple[Tensor, Target]]]):
 
     Args:
         training: the seed of the scenes, the size of batches and windows, how many frames are kept.
-        start: how many batches were drawn before: a run that goes on sees other scenes.
+        start: how many batches were drawn before: a resumed run sees other scenes.
     """
 
     def __init__(self, training: DetectorTraining, *, start: int = 0) -> None:

@@ -65,7 +65,7 @@ def write_demo(
         containers: numbers of the containers, 1 to 15; default: all, for training the nine of the real training set.
         training: make recordings to train networks on: looks, lights and cameras of a wider range, none the demo's.
         size: (width, height) of the videos in pixels, in the proportions 16 to 9.
-        frame_step: keep every so many frames of the videos, which then have fewer per second; the sound stays whole.
+        frame_step: keep every n-th frame of the videos, which then have fewer per second; the sound stays whole.
         progress: called in this thread after each piece of work.
         cancelled: called often; when it returns true, unfinished work is dropped and the call returns.
         workers: processes; None for one per core, at most four; 0 makes everything in this process.

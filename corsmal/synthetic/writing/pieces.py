@@ -34,7 +34,7 @@ class WritePiece:
     Args:
         folder: where its files go.
         size: (width, height) of the videos in pixels.
-        frame_step: every so many frames of a scene are drawn.
+        frame_step: every n-th frame of a scene is drawn.
     """
 
     folder: Path

@@ -37,7 +37,7 @@ def write_part(
         scene: the recording.
         part: one of ``PARTS``.
         size: (width, height) of the videos in pixels.
-        frame_step: every so many frames of the scene are drawn.
+        frame_step: every n-th frame of the scene is drawn.
 
     Raises:
         FileError: a file cannot be written.
