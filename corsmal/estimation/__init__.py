@@ -2,7 +2,7 @@
 
 from corsmal.estimation.detected import container_mask, file_detections, read_view_detections
 from corsmal.estimation.estimate import estimate, mass_inputs
-from corsmal.estimation.fit import Fit, MaskSource, RecordingMasks, fit_frame, fit_masks
+from corsmal.estimation.fit import Fit, FitSource, MaskSource, RecordingMasks, fit_frame, fit_masks
 from corsmal.estimation.means import TrainingMeans
 from corsmal.estimation.records import Estimate, Status
 from corsmal.estimation.several import Combined, Interval, choose_frames, combine_fits
@@ -11,6 +11,7 @@ __all__ = [
     "Combined",
     "Estimate",
     "Fit",
+    "FitSource",
     "Interval",
     "MaskSource",
     "RecordingMasks",

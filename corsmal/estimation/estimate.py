@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.estimation.detected import file_detections
-from corsmal.estimation.fit import MaskSource, RecordingMasks, fit_frame
+from corsmal.estimation.fit import FitSource, MaskSource, RecordingMasks, fit_frame
 from corsmal.estimation.records import Estimate
 from corsmal.estimation.several import choose_frames, combine_fits
 from corsmal.filling.records import FillingPrediction
@@ -32,6 +33,7 @@ def estimate(
     filling: "FillingPredictor | None" = None,
     mass: "MassPredictor | None" = None,
     features: "Callable[[Recording], Features] | None" = None,
+    fits: FitSource | None = None,
 ) -> Estimate:
     """Everything the system says about one recording.
 
@@ -49,6 +51,7 @@ def estimate(
         filling: tells type and level; default: they are left out.
         mass: tells the container's mass; default: it is left out.
         features: gives what ``filling`` listens to; default: log-mel of the sound.
+        fits: gives the fits of single frames, with the same parameters; default: they are made anew.
 
     Returns:
         The estimate.
@@ -56,7 +59,11 @@ def estimate(
     notes: tuple[str, ...] = ()
     if detections is None:
         detections, notes = file_detections(recording)
-    found = _geometry(recording, detections, shape=shape, selection=selection, means=means or {}, notes=notes)
+    shape = shape or ShapeParameters.paper()
+    fits = fits or partial(fit_frame, recording, detections, shape=shape, selection=selection)
+    found = _geometry(
+        recording, detections, shape=shape, selection=selection, fits=fits, means=means or {}, notes=notes
+    )
     if mass is not None:
         masks = RecordingMasks(recording, detections, selection or SelectionParameters())
         found = _with_mass(found, mass_inputs(found, masks), mass)
@@ -67,20 +74,19 @@ def _geometry(
     recording: Recording,
     detections: Mapping[str, FrameDetections],
     *,
-    shape: ShapeParameters | None,
+    shape: ShapeParameters,
     selection: SelectionParameters | None,
+    fits: FitSource,
     means: Mapping[str, float],
     notes: tuple[str, ...],
 ) -> Estimate:
-    shape = shape or ShapeParameters.paper()
     for position, pair in enumerate(PAIRS):
         best, frames = choose_frames(detections, pair=pair, shape=shape, selection=selection)
         if best.frame is None:
             notes += (f"{' + '.join(pair)}: {best.reason}",)
             continue
-        choice: dict[str, Any] = {"centre_rule": best.centre_rule, "shape": shape, "selection": selection}
-        fits = [fit_frame(recording, detections, pair=pair, frame=frame, **choice) for frame in frames]
-        found = combine_fits(fits, recording)
+        fitted = [fits(pair=pair, frame=frame, centre_rule=best.centre_rule) for frame in frames]
+        found = combine_fits(fitted, recording)
         if found is not None:
             values: dict[str, Any] = dict(found.values)
             return Estimate(
@@ -93,7 +99,7 @@ def _geometry(
                 intervals=found.intervals,
             )
         reasons = {
-            fit.dimensions.reason: f"{' + '.join(pair)}, frame {fit.frame}: {fit.dimensions.reason}" for fit in fits
+            fit.dimensions.reason: f"{' + '.join(pair)}, frame {fit.frame}: {fit.dimensions.reason}" for fit in fitted
         }
         notes += tuple(reasons.values())
     values = {name: means.get(name) for name in MEASURED}

@@ -36,6 +36,13 @@ class MaskSource(Protocol):
         """
 
 
+class FitSource(Protocol):
+    """Where an estimate finds the fits of single frames, such as the store."""
+
+    def __call__(self, *, pair: Pair, frame: int, centre_rule: CentreRule) -> "Fit":
+        """The hull of one pair of views in one frame."""
+
+
 @dataclass(frozen=True, eq=False)
 class RecordingMasks:
     """A recording's files and detections, read and decoded at each call.

@@ -51,6 +51,7 @@ def recording_features(
     channels: ChannelRule = "strict",
     parameters: LogMelParameters | None = None,
     store: ArrayStore | None = None,
+    end_s: float | None = None,
 ) -> Features:
     """A recording's features, from its sound or from a folder of arrays.
 
@@ -64,17 +65,19 @@ def recording_features(
         channels: what to do with a sound of another number of channels than eight.
         parameters: of the log-mel front end; default: the paper's.
         store: keeps log-mel rows, so that they are computed once.
+        end_s: leave out all that was heard later, as if the recorder had been stopped then; default: nothing.
 
     Raises:
         NotFoundError: the recording has no sound, or the folder no array of it.
         FileError: the sound or the array is broken or not what it should be.
     """
     parameters = parameters or LogMelParameters()
+    ends_s = [end for end in (CUTS_S.get(recording.id), end_s) if end is not None]
+    end_s = min(ends_s, default=None)
     if folder is not None:
-        return _from_array(Path(folder), recording.id, parameters)
+        return _from_array(Path(folder), recording.id, parameters, end_s)
     if recording.audio_path is None:
         raise NotFoundError(f"recording {recording.id} has no sound: audio/{recording.id}.wav is missing")
-    end_s = CUTS_S.get(recording.id)
     key = digest(KIND, recording.audio_path, end_s, channels, parameters)
     kept = store.arrays(KIND, key) if store else None
     if kept is not None and "rows" in kept:
@@ -86,7 +89,7 @@ def recording_features(
     return Features(rows.astype(np.float32), parameters.row_s)
 
 
-def _from_array(folder: Path, name: str, parameters: LogMelParameters) -> Features:
+def _from_array(folder: Path, name: str, parameters: LogMelParameters, end_s: float | None) -> Features:
     if not folder.is_dir():
         raise FileError(folder, "there is no such folder of features")
     path = folder / f"{name}.npy"
@@ -101,10 +104,12 @@ def _from_array(folder: Path, name: str, parameters: LogMelParameters) -> Featur
     is_plain = array.ndim == 2
     row_s = ARRAY_ROW_S if is_plain else parameters.row_s
     values = array[None] if is_plain else array
-    if name in CUTS_S:
+    if end_s is not None:
         # a row of a plain array is a stretch of sound; a log-mel row is an instant, the first at 0 s
-        rows = int(CUTS_S[name] / row_s) + (0 if is_plain else 1)
+        rows = int(end_s / row_s) + (0 if is_plain else 1)
         values = values[:, :rows]
+        if not values.shape[1]:
+            raise NotFoundError(f"recording {name} has no features before {end_s:.2f} s")
     return Features(np.ascontiguousarray(values, dtype=np.float32), row_s)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError, FileError
-from corsmal.estimation import TrainingMeans, estimate
+from corsmal.estimation import Estimate, TrainingMeans, estimate
 from corsmal.parameters import SHAPE_PRESETS, SelectionParameters, ShapeParameters
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
 from corsmal.stages.fits import calibration_fingerprints
@@ -59,7 +59,7 @@ def load_estimate(recording: Recording, predictors: Predictors, *, store: Store)
     """The row of one recording, from the store if it was estimated before; a failed one with the reason."""
     try:
         origin = detections_origin(recording, store=store)
-        key = digest("estimate", predictors.key, origin, _files(recording, predictors))
+        key = estimate_key(recording, predictors, origin)
         kept = store.json(KIND, key)
         if kept is not None:
             return kept
@@ -68,6 +68,17 @@ def load_estimate(recording: Recording, predictors: Predictors, *, store: Store)
         return {"recording_id": recording.id, "status": "failed", "notes": str(error)}
     store.save_json(KIND, key, row)
     return row
+
+
+def estimate_key(recording: Recording, predictors: Predictors, origin: str) -> str:
+    """A digest of everything that an estimate depends on.
+
+    Args:
+        recording: the recording.
+        predictors: what it is estimated with.
+        origin: of its detections, see ``DetectionSet.key``.
+    """
+    return digest("estimate", predictors.key, origin, _files(recording, predictors))
 
 
 def _estimated(recording: Recording, detections: DetectionSet, predictors: Predictors, store: Store) -> dict[str, Any]:
@@ -83,9 +94,17 @@ def _estimated(recording: Recording, detections: DetectionSet, predictors: Predi
         mass=predictors.mass,
         features=partial(recording_features, folder=predictors.features, store=store),
     )
-    row = result.row() | {"execution_time_ms": round(1000 * (time.perf_counter() - began_s), 1)}
-    said, notes = _spoken(recording, predictors)
-    return {**row, **said, "notes": "; ".join(filter(None, [*detections.notes, row["notes"], *notes]))}
+    time_ms = round(1000 * (time.perf_counter() - began_s), 1)
+    return estimate_row(result, recording, detections, predictors) | {"execution_time_ms": time_ms}
+
+
+def estimate_row(
+    found: Estimate, recording: Recording, detections: DetectionSet, predictors: Predictors
+) -> dict[str, Any]:
+    """An estimate as a row of a run: with the networks behind its numbers, whether they are held out, and all notes."""
+    row = found.row()
+    columns, notes = _spoken(recording, predictors)
+    return {**row, **columns, "notes": "; ".join(filter(None, [*detections.notes, row["notes"], *notes]))}
 
 
 def shape_name(shape: ShapeParameters) -> str:

@@ -44,6 +44,22 @@ def test_stored_features_are_the_computed_ones_and_computed_once(heard, store, m
     np.testing.assert_array_equal(second, unstored)
 
 
+def test_sound_that_ended_earlier_is_heard_as_such(heard, store, tmp_path):
+    whole = recording_features(heard, store=store).values
+    shorter = Recording("000001", audio_path=write_audio(tmp_path / "shorter" / "000001.wav", seconds=0.3))
+    cut = recording_features(heard, store=store, end_s=0.3).values
+    np.testing.assert_array_equal(cut, recording_features(shorter).values)
+    np.testing.assert_array_equal(recording_features(heard, store=store, end_s=9.0).values, whole)
+    np.testing.assert_array_equal(recording_features(heard, store=store).values, whole)
+
+
+def test_arrays_end_earlier_by_their_rows(tmp_path):
+    folder = saved(tmp_path, "000001", np.ones((5, 128), np.float32))
+    assert recording_features(Recording("000001"), folder=folder, end_s=2.0).values.shape == (1, 2, 128)
+    with pytest.raises(NotFoundError, match="no features before 0"):
+        recording_features(Recording("000001"), folder=folder, end_s=0.5)
+
+
 def test_changed_sound_parameters_and_rules_are_computed_anew(heard, store):
     first = recording_features(heard, store=store)
     other = recording_features(heard, parameters=LogMelParameters(hop=2048), store=store)

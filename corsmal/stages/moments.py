@@ -1,0 +1,158 @@
+"""What could be known when: the estimate of a recording, had it ended earlier."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from corsmal.dataset import Recording
+from corsmal.errors import ArgumentError, CorsmalError
+from corsmal.estimation import Estimate, MaskSource, estimate
+from corsmal.selection import FrameDetections
+from corsmal.stages.detections import DetectionSet
+from corsmal.stages.estimates import Predictors, estimate_key
+from corsmal.stages.fits import load_fit
+from corsmal.store import Store, digest
+
+KIND = "known-when"
+
+STEPS = 16
+"""Times of a recording at which it is estimated, equally spaced; the last one is its end."""
+
+FRAME_SLACK = 1e-6
+"""Of a frame's length: a frame that is shown at the very end is part of the recording."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What was known of a recording at one time.
+
+    Args:
+        time_s: seconds from its start.
+        row: the estimate of what was seen and heard until then, see ``Estimate.row``.
+    """
+
+    time_s: float
+    row: Mapping[str, Any]
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether the geometry was measured; else it is missing, or the mean of a training set."""
+        return str(self.row["status"]).startswith("fitted")
+
+
+def kept_estimate(
+    recording: Recording,
+    detections: DetectionSet,
+    predictors: Predictors,
+    *,
+    store: Store,
+    end_s: float | None = None,
+    source: MaskSource | None = None,
+) -> Estimate:
+    """The estimate of a recording as ``load_estimate`` makes it, with its hull and masks; single fits are kept.
+
+    Args:
+        recording: the recording.
+        detections: of the recording.
+        predictors: what it is estimated with.
+        store: keeps the fits of single frames, and log-mel rows.
+        end_s: leave out what was seen and heard later, as if the recording had ended then; default: nothing. Of the
+            frames only those count that were inspected, and which ones a search inspects depends on all of them.
+        source: cameras and masks of the recording, where the caller holds them already.
+    """
+    from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
+
+    heard = {"store": store} if end_s is None else {"end_s": end_s}
+    shape = predictors.shape
+    return estimate(
+        recording,
+        detections=detections.views if end_s is None else _seen_until(recording, detections, end_s),
+        shape=shape,
+        means=None if predictors.means is None else predictors.means.for_container(recording.annotation),
+        filling=predictors.filling,
+        mass=predictors.mass,
+        features=partial(recording_features, folder=predictors.features, **heard),
+        fits=partial(load_fit, recording, detections, shape=shape, store=store, source=source),
+    )
+
+
+def known_when(
+    recording: Recording,
+    detections: DetectionSet,
+    predictors: Predictors,
+    times_s: Sequence[float],
+    *,
+    store: Store,
+    source: MaskSource | None = None,
+) -> Iterator[Moment]:
+    """What was known of a recording at some times, from the store where it was asked before.
+
+    Args:
+        recording: the recording.
+        detections: of the recording.
+        predictors: what it is estimated with.
+        times_s: seconds from its start, positive; see ``moments_s``.
+        store: keeps what was known at each time.
+        source: cameras and masks of the recording, where the caller holds them already.
+
+    Yields:
+        One record per time, in the given order.
+
+    Raises:
+        ArgumentError: a time is not positive.
+    """
+    if any(time_s <= 0 for time_s in times_s):
+        raise ArgumentError(f"times_s must be positive, got {list(times_s)}")
+    whole = estimate_key(recording, predictors, detections.key)
+    for time_s in times_s:
+        key = digest(KIND, whole, time_s)
+        row = store.json(KIND, key)
+        if row is None:
+            found = kept_estimate(recording, detections, predictors, store=store, end_s=time_s, source=source)
+            row = found.row()
+            store.save_json(KIND, key, row)
+        yield Moment(time_s, row)
+
+
+def moments_s(recording: Recording, *, steps: int = STEPS) -> tuple[float, ...]:
+    """Equally spaced times of a recording, the last one where video and sound have ended.
+
+    Returns:
+        Seconds from its start, ascending; none where neither a video nor the sound can be read.
+
+    Raises:
+        ArgumentError: ``steps`` is not positive.
+    """
+    if steps < 1:
+        raise ArgumentError(f"steps must be at least 1, got {steps}")
+    ends_s = [0.0]
+    for view in recording.views.values():
+        with suppress(CorsmalError, ZeroDivisionError), view.video() as video:
+            ends_s.append(video.frame_count / video.fps)
+    with suppress(CorsmalError):
+        ends_s.append(recording.audio().duration_s)
+    end_s = max(ends_s)
+    return tuple(end_s * (step + 1) / steps for step in range(steps)) if end_s else ()
+
+
+def coarse_to_fine(times_s: Sequence[float]) -> list[float]:
+    """The same times in another order: the last one first, then those that halve the gaps that are left."""
+    total = len(times_s)
+    order: list[int] = []
+    step = total
+    while len(order) < total:
+        order += [index for index in range(total - 1, -1, -step) if index not in order]
+        step = max(1, step // 2)
+    return [times_s[index] for index in order]
+
+
+def _seen_until(recording: Recording, detections: DetectionSet, end_s: float) -> dict[str, FrameDetections]:
+    """The detections in frames that begin before a time, by view."""
+    seen: dict[str, FrameDetections] = {}
+    for name, found in detections.views.items():
+        with recording.views[name].video() as video:
+            frames = end_s * video.fps - FRAME_SLACK
+        seen[name] = {frame: found[frame] for frame in found if frame < frames}
+    return seen
