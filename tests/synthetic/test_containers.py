@@ -32,7 +32,7 @@ def test_a_capacity_that_no_member_of_the_family_has_is_refused():
         return cup(power, top_mm=80, bottom_mm=60, height_mm=100, wall_mm=1, floor_mm=2)
 
     with pytest.raises(ArgumentError, match=r"capacity_ml must lie in .* got 5000"):
-        solved(shape, capacity_ml=5000, low=0.5, high=2)
+        solved(shape, capacity_ml=5000, limits=(0.5, 2))
 
 
 @pytest.mark.parametrize("container_id", CONTAINER_IDS)

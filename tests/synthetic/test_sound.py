@@ -17,10 +17,8 @@ from corsmal.synthetic.sound.sources import air_column_hz
 RATE_HZ = 44_100
 ANECHOIC = Room(0.0, np.zeros((8, 0), dtype=np.float32))
 
-CUP = SoundEvents("cup", "plastic", 520.0, 119.0, 96.0, "water", 2, 2.0, "pour", 0.3, 1.8, (0.0, 0.0, 0.1), (0.1,))
-BOX = dataclasses.replace(
-    CUP, container_kind="box", material="cardboard", capacity_ml=1240.0, filling="rice", action="shake"
-)
+CUP = SoundEvents("plastic", 520.0, 119.0, 96.0, "water", 2, 2.0, "pour", 0.3, 1.8, (0.0, 0.0, 0.1), (0.1,))
+BOX = dataclasses.replace(CUP, material="cardboard", capacity_ml=1240.0, filling="rice", action="shake")
 HANDLED = dataclasses.replace(CUP, filling="none", level=0, action="handle")
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from corsmal.synthetic.sound.events import SoundEvents, pour_duration_s
 
-CUP = SoundEvents("cup", "plastic", 520.0, 119.0, 96.0, "water", 2, 2.0, "pour", 0.3, 1.8, (0.0, 0.0, 0.1), (0.1,))
+CUP = SoundEvents("plastic", 520.0, 119.0, 96.0, "water", 2, 2.0, "pour", 0.3, 1.8, (0.0, 0.0, 0.1), (0.1,))
 
 
 def test_position_is_interpolated_and_held_at_both_ends():

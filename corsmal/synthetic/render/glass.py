@@ -15,7 +15,7 @@ from corsmal.synthetic.render.shading import (
     paint_filling,
     ray,
 )
-from corsmal.synthetic.render.tracing import INF, TINY, at, cylinder_span, profile_crossings, widest
+from corsmal.synthetic.render.tracing import INF, TINY, at, cylinder_span, profile_crossings
 
 RIM_M = 0.0022
 """Height of the bright rim."""
@@ -28,7 +28,7 @@ def draw_clear(layers: Layers, window: Window, walls: Walls, shade: Shade) -> No
     pose, _, _ = shade
     outer, inner, _ = walls
     origin, top = (pose[0, 0], pose[0, 1], pose[0, 2]), outer[0, -1]
-    largest, hollow = widest(outer), widest(inner)
+    largest, hollow = outer[1].max(), inner[1].max()
     for y in range(window[2], window[3]):
         for x in range(window[0], window[1]):
             pixel = (y, x)
@@ -74,12 +74,7 @@ def _tint(image: Image, pixel: Pixel, behind: Image, source: int, shade: Shade) 
 def _glaze(image: Image, pixel: Pixel, normal: Vector, strength: tuple[float, float], shade: Shade) -> None:
     """A clear wall itself: denser towards its edge, bright at the rim and where the lamp is mirrored.
 
-    Args:
-        image: changed.
-        pixel: where.
-        normal: of the wall.
-        strength: how much of the wall is seen, and 1 at the rim, else 0.
-        shade: pose, finish and light.
+    ``strength`` is how much of the wall is seen, and 1 at the rim, else 0.
     """
     pose, finish, light = shade
     direction = ray(pose, pixel)
@@ -105,7 +100,7 @@ def _draw_content(layers: Layers, pixel: Pixel, walls: Walls, shade: Shade) -> N
         return
     y, x = pixel
     origin, direction = (pose[0, 0], pose[0, 1], pose[0, 2]), ray(pose, pixel)
-    t, normal, _, _ = profile_crossings(origin, direction, filled, widest(filled))
+    t, normal, _, _ = profile_crossings(origin, direction, filled, filled[1].max())
     if t >= depth[y, x]:
         return
     place = at(origin, direction, t)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.geometry import Floats
-from corsmal.synthetic.render.kernels import Pixel, Vector, kernel
+from corsmal.synthetic.render.kernels import Pixel, kernel
 from corsmal.synthetic.render.shading import Depth, Image, Rays, brightness, light_values, paint
 from corsmal.synthetic.render.tracing import at, limb_entry
 from corsmal.synthetic.scene.limbs import Limb
@@ -61,12 +61,7 @@ def pack_limbs(limbs: list[Limb]) -> PackedLimbs:
 def draw_limbs(image: Image, depth: Depth, limbs: PackedLimbs, *, rays: Rays, light: Light) -> None:
     """Draw limbs into an image where they are nearer than what is there.
 
-    Args:
-        image: (H, W, 3) RGB, changed.
-        depth: (H, W) depth of what is there, metres, changed.
-        limbs: what is drawn.
-        rays: of the camera.
-        light: the recording's light.
+    ``image`` (H, W, 3) RGB and ``depth`` (H, W), metres, are changed.
     """
     to_camera = rays.centre_m - limbs.ends_m[:, 0]
     table = np.concatenate(
@@ -95,30 +90,12 @@ def _draw(image: Image, depth: Depth, table: Floats, windows: NDArray[np.int64],
         x0, x1, y0, y1 = windows[index]
         for y in range(y0, y1):
             begin = (p[13] * y + p[14], p[16] * y + p[17], p[19] * y + p[20])
-            start, end = _columns(origin, step, begin, max(radii[0], radii[1]))
-            for x in range(max(x0, start), min(x1, end)):
+            for x in range(x0, x1):
                 direction = at(begin, step, x)
                 t, normal = limb_entry(origin, direction, length, radii)
                 if t < depth[y, x]:
                     depth[y, x] = t
                     _shade(image, (y, x), p, (normal[0], normal[1], normal[2], origin[2] + t * direction[2]), light)
-
-
-@kernel
-def _columns(origin: Vector, step: Vector, begin: Vector, radius: float) -> tuple[int, int]:
-    """The columns of a row, the end excluded, whose rays pass the limb's axis nearer than its largest radius."""
-    # (o·d)² >= (d·d) (o·o - r²) across the axis, with d = begin + column · step: a quadratic in the column
-    outside = origin[0] ** 2 + origin[1] ** 2 - radius * radius
-    along, along_0 = origin[0] * step[0] + origin[1] * step[1], origin[0] * begin[0] + origin[1] * begin[1]
-    a = along * along - outside * (step[0] ** 2 + step[1] ** 2)
-    b = along * along_0 - outside * (step[0] * begin[0] + step[1] * begin[1])
-    c = along_0 * along_0 - outside * (begin[0] ** 2 + begin[1] ** 2)
-    if outside <= 0.0 or a >= 0.0:
-        return 0, 1 << 30
-    if b * b < a * c:
-        return 0, 0
-    root = math.sqrt(b * b - a * c)
-    return math.floor((-b + root) / a), math.ceil((-b - root) / a) + 1
 
 
 @kernel

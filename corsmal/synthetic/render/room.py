@@ -53,13 +53,7 @@ def draw_shadows(
 ) -> None:
     """Darken the table's top before anything stands on it: the higher a body, the softer and further from the lamp.
 
-    Args:
-        image: (H, W, 3) RGB, changed.
-        is_table: (H, W) where the table's top is.
-        bodies: what throws a round shadow.
-        table_z_m: height of the table's top.
-        rays: of the camera.
-        light: the recording's light.
+    ``image`` (H, W, 3) is changed where ``is_table`` (H, W); every body throws a round shadow.
     """
     x_shift, y_shift = (-light.direction[k] / max(light.direction[2], 0.2) for k in (0, 1))
     for place_m, radius_m, strength in bodies:

@@ -75,11 +75,7 @@ def limb_entry(origin: Vector, direction: Vector, length: float, radii: tuple[fl
 def cone_terms(origin: Vector, direction: Vector, slope: float, at_origin: float) -> Vector:
     """a, b and c of the quadratic a t² + 2 b t + c = 0 for the depths at which a ray meets a cone around z.
 
-    Args:
-        origin: of the ray.
-        direction: of the ray.
-        slope: how much the radius grows with z.
-        at_origin: the cone's radius at the height of the ray's origin.
+    The cone's radius is ``at_origin`` at the height of the ray's origin and grows with z by ``slope``.
     """
     ox, oy, _ = origin
     dx, dy, dz = direction
@@ -115,25 +111,12 @@ def _cap(origin: Vector, direction: Vector, height: float, radius: float) -> flo
 
 
 @kernel
-def widest(profile: Floats) -> float:
-    """The largest radius of a profile (2, n); NumPy's own maximum takes four times as long to compile."""
-    largest = 0.0
-    for radius in profile[1]:
-        largest = max(largest, radius)
-    return largest
-
-
-@kernel
 def profile_crossings(
     origin: Vector, direction: Vector, profile: Floats, largest: float
 ) -> tuple[float, Vector, float, Vector]:
     """Where a ray first enters and last leaves a closed solid of revolution around z.
 
-    Args:
-        origin: of the ray.
-        direction: of the ray.
-        profile: (2, n) ascending heights and the radii there.
-        largest: of the radii.
+    ``profile`` (2, n) holds ascending heights and the radii there, of which one is the ``largest``.
 
     Returns:
         Depth and normal at the entry, depth and normal at the exit; infinite depths where it misses. Normals are of

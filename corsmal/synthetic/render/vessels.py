@@ -25,7 +25,7 @@ from corsmal.synthetic.render.shading import (
     solid_pose,
     surface_of_filling,
 )
-from corsmal.synthetic.render.tracing import INF, at, profile_crossings, widest
+from corsmal.synthetic.render.tracing import INF, at, profile_crossings
 from corsmal.synthetic.scene.looks import Colour
 from corsmal.synthetic.scene.profiles import Profile
 
@@ -73,7 +73,7 @@ def draw_vessel(
 
     Args:
         image: (H, W, 3) RGB, changed.
-        depth: (H, W) depth of what is there, changed unless the vessel is see-through.
+        depth: (H, W) depth of what is there, metres, changed unless the vessel is see-through.
         vessel: what is drawn.
         base_m: (3,) the point of its axis at its base.
         rotation: (3, 3) from the vessel to the world.
@@ -121,7 +121,7 @@ def _draw_opaque(layers: Layers, window: Window, walls: Walls, shade: Shade) -> 
     image, _, depth, visible, amodal = layers
     pose, finish, light = shade
     outer, inner, _ = walls
-    origin, top, largest = (pose[0, 0], pose[0, 1], pose[0, 2]), outer[0, -1], widest(outer)
+    origin, top, largest = (pose[0, 0], pose[0, 1], pose[0, 2]), outer[0, -1], outer[1].max()
     for y in range(window[2], window[3]):
         for x in range(window[0], window[1]):
             direction = ray(pose, (y, x))
@@ -152,7 +152,7 @@ def _draw_cavity(image: Image, pixel: Pixel, limit: float, walls: Walls, shade: 
     pose, finish, light = shade
     _, inner, filled = walls
     origin, direction = (pose[0, 0], pose[0, 1], pose[0, 2]), ray(pose, pixel)
-    _, _, t, normal = profile_crossings(origin, direction, inner, widest(inner))
+    _, _, t, normal = profile_crossings(origin, direction, inner, inner[1].max())
     level = surface_of_filling(origin, direction, filled)
     t = min(t, level)
     if t >= limit:

@@ -20,12 +20,7 @@ _PLACE_SPREAD_M, _TARGET_SPREAD_M, _ROLL_SPREAD_DEG = 0.022, 0.02, 0.7
 
 
 def draw_cameras(rng: np.random.Generator, *, spread: float = 1.0) -> dict[str, Camera]:
-    """Three cameras, by view, for images of 1280×720 pixels.
-
-    Args:
-        rng: draws where they are, what they look at, how they are rolled, and their intrinsics.
-        spread: factor of how far they are from their usual places.
-    """
+    """Three cameras, by view, for images of 1280×720 pixels; ``spread`` times as far from their usual places."""
     return {view: _camera(*_PLACES[view], rng=rng, spread=spread) for view in VIEWS}
 
 

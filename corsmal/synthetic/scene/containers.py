@@ -31,17 +31,17 @@ class DemoContainer:
         container_id: 1 to 15, as in the annotation.
         name: for people.
         kind: cups and glasses are poured into, boxes are shaken.
-        label: the COCO category number that a detector is to give it.
-        width_top_mm: outer width at the rim.
-        width_bottom_mm: outer width at the base.
+        label: the COCO category number that a detector should give it.
+        width_top_mm: outer, like the other sizes.
+        width_bottom_mm: at the base.
         height_mm: from the base to the rim.
-        depth_mm: the third size of a box, -1 for what is round.
+        depth_mm: of a box; -1 for what is round.
         capacity_ml: inner volume up to the brim.
-        mass_g: mass of the empty container.
+        mass_g: of the empty container.
         transparency: 0 transparent, 1 semi-transparent, 2 opaque.
         colour: RGB of the outside.
-        outer: the outer wall; None for boxes.
-        inner: the cavity; None for boxes, whose walls have no thickness.
+        outer: the outer wall; None for boxes, whose walls have no thickness.
+        inner: the cavity; None for boxes.
         grip_mm: height at which a hand takes it.
     """
 
@@ -116,39 +116,39 @@ def _vessel(container_id: int) -> DemoContainer:
 
 
 def _walls(container_id: int, top: float, bottom: float, height: float, capacity: float | None) -> Walls:
-    if container_id == _WINE_GLASS:
-        return solved(
-            lambda widest: stemmed(
-                tulip(widest, start_mm=58, height_mm=height, top_mm=top), foot_mm=bottom, wall_mm=1.2
-            ),
-            capacity_ml=capacity or 0,
-            low=top,
-            high=top + 50,
-        )
-    if container_id == _FLUTE:
-        return solved(
-            lambda power: stemmed(
-                trumpet(power, start_mm=56, height_mm=height, top_mm=top), foot_mm=bottom, wall_mm=1.0
-            ),
-            capacity_ml=capacity or 0,
-            low=0.05,
-            high=1.5,
-        )
-    if container_id == _COCKTAIL_GLASS:
-        return stemmed(trumpet(0.9, start_mm=84, height_mm=height, top_mm=top), foot_mm=bottom, wall_mm=1.3)
-    if container_id == _MARGARITA_GLASS:
-        return stemmed(double_bowl(56, start_mm=66, height_mm=height, top_mm=top), foot_mm=bottom, wall_mm=1.3)
-    wall, floor = _THICKNESSES_MM.get(container_id, (0.6, 2.0))
-    sizes = {"top_mm": top, "bottom_mm": bottom, "height_mm": height, "wall_mm": wall, "floor_mm": floor}
-    if capacity is None:
-        return cup(1.0, **sizes)
-    return solved(lambda power: cup(power, **sizes), capacity_ml=capacity, low=0.3, high=4)
+    """The walls with which the cavity holds the capacity; of a given shape where none is annotated."""
+    if container_id in _STEMMED:
+        bowl, start, wall, limits = _STEMMED[container_id]
+
+        def shape(free: float) -> Walls:
+            return stemmed(bowl(free, start_mm=start, height_mm=height, top_mm=top), foot_mm=bottom, wall_mm=wall)
+
+    else:
+        wall, floor, limits = _CUPS[container_id]
+
+        def shape(free: float) -> Walls:
+            return cup(free, top_mm=top, bottom_mm=bottom, height_mm=height, wall_mm=wall, floor_mm=floor)
+
+    return shape(limits[0]) if capacity is None else solved(shape, capacity_ml=capacity, limits=limits)
 
 
-_WINE_GLASS, _FLUTE, _COCKTAIL_GLASS, _MARGARITA_GLASS = 5, 6, 12, 13
+_STEMMED = {
+    5: (tulip, 58, 1.2, (81.0, 131.0)),
+    6: (trumpet, 56, 1.0, (0.05, 1.5)),
+    12: (trumpet, 84, 1.3, (0.9, 0.9)),
+    13: (double_bowl, 66, 1.3, (56.0, 56.0)),
+}
+"""Family of the bowl, where it starts (mm), its wall (mm), and between which values its free number lies."""
 
-_THICKNESSES_MM = {1: (0.8, 4.0), 2: (0.5, 1.2), 3: (0.5, 1.5), 4: (3.0, 7.0), 10: (0.8, 3.0), 11: (0.7, 2.0)}
-"""Wall and floor of the cups."""
+_CUPS = {
+    1: (0.8, 4.0, (0.3, 4.0)),
+    2: (0.5, 1.2, (0.3, 4.0)),
+    3: (0.5, 1.5, (0.3, 4.0)),
+    4: (3.0, 7.0, (0.3, 4.0)),
+    10: (0.8, 3.0, (1.0, 1.0)),
+    11: (0.7, 2.0, (1.0, 1.0)),
+}
+"""Wall and floor of the cups (mm), and between which powers the shape of their wall lies."""
 
 _GRIPS_MM = {5: 88.0, 6: 112.0, 12: 66.0, 13: 74.0, 10: 70.0}
 

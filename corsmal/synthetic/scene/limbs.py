@@ -14,8 +14,8 @@ class Limb:
     Args:
         start_m: (3,) centre of the first sphere.
         end_m: (3,) centre of the second.
-        radius_start_m: its radius.
-        radius_end_m: the second one's.
+        radius_start_m: of the first.
+        radius_end_m: of the second.
         colour: RGB 0..255.
         flat: how thick it is in the direction ``flat_axis`` relative to the others; 1 is round.
         flat_axis: (3,) a direction across the limb.

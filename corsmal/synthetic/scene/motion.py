@@ -141,15 +141,7 @@ def jug_poses(
 ) -> tuple[Floats, Floats]:
     """Where the jug is: on the table, and while it pours with its lip over the container's mouth.
 
-    Args:
-        container: what is poured into.
-        timing: when.
-        base_m: (F, 3) the container's base.
-        rotation: (F, 3, 3) container to world.
-        share: (F,) from ``jug_share``.
-        times_s: (F,) the frames' times.
-        table_z_m: height of the table.
-        rng: draws where it stands, how high it is held, and whether it is there when nothing is poured.
+    Arguments are as in ``Motion`` and ``draw_motion``; ``share`` (F,) comes from ``jug_share``.
 
     Returns:
         (F, 3) its base in metres, NaN where there is no jug; (F, 3, 3) jug to world.

@@ -71,18 +71,18 @@ Walls = tuple[Profile, Profile]
 """The outer profile and that of the cavity."""
 
 
-def solved(shape: Callable[[float], Walls], *, capacity_ml: float, low: float, high: float) -> Walls:
-    """The member of a family of vessels whose cavity holds a capacity.
+def solved(shape: Callable[[float], Walls], *, capacity_ml: float, limits: tuple[float, float]) -> Walls:
+    """The member of a family of vessels whose cavity holds a capacity up to the brim.
 
     Args:
         shape: from the free number to the walls; the capacity must rise or fall with it throughout.
-        capacity_ml: what the cavity is to hold up to the brim.
-        low: least value of the free number.
-        high: its greatest value.
+        capacity_ml: of the cavity.
+        limits: least and greatest value of the free number.
 
     Raises:
-        ArgumentError: no member of the family holds so much, or so little.
+        ArgumentError: the capacities of the family do not include this one.
     """
+    low, high = limits
     ends = [shape(value)[1].volume_ml for value in (low, high)]
     if not min(ends) <= capacity_ml <= max(ends):
         raise ArgumentError(f"capacity_ml must lie in {min(ends):.0f}..{max(ends):.0f} here, got {capacity_ml}")
@@ -105,13 +105,7 @@ def cup(power: float, *, top_mm: float, bottom_mm: float, height_mm: float, wall
 
 
 def stemmed(bowl: Profile, *, foot_mm: float, wall_mm: float) -> Walls:
-    """A glass on a stem.
-
-    Args:
-        bowl: outer profile of the bowl, its heights counted from the table; it starts with the stem's radius.
-        foot_mm: width of the foot.
-        wall_mm: thickness of the bowl's wall.
-    """
+    """A glass on a stem, from the outer profile of its bowl, whose heights are counted from the table."""
     start = bowl.heights_mm[0]
     foot_heights = np.array([0.0, FOOT_HEIGHT_MM * 0.6, FOOT_HEIGHT_MM, FOOT_HEIGHT_MM + 6, start * 0.5])
     foot_radii = np.array([foot_mm / 2, foot_mm / 2, foot_mm / 4, STEM_RADIUS_MM * 1.3, STEM_RADIUS_MM * 0.9])
@@ -137,14 +131,7 @@ def trumpet(power: float, *, start_mm: float, height_mm: float, top_mm: float) -
 
 
 def double_bowl(neck_mm: float, *, start_mm: float, height_mm: float, top_mm: float) -> Profile:
-    """A margarita glass' bowl: a small bowl that opens into a wide one.
-
-    Args:
-        neck_mm: width where the two bowls meet.
-        start_mm: height of the lowest point above the table.
-        height_mm: height of the rim above the table.
-        top_mm: width of the rim.
-    """
+    """A margarita glass' bowl: a small bowl that opens, at a width of ``neck_mm``, into a wide one."""
     angle = np.linspace(0, np.pi / 2, 6)
     lower = STEM_RADIUS_MM + (neck_mm / 2 - STEM_RADIUS_MM) * np.sin(angle)
     upper = neck_mm / 2 + (top_mm - neck_mm) / 2 * np.sin(angle[1:]) ** 0.8

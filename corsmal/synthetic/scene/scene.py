@@ -26,7 +26,7 @@ class Scene:
 
     Args:
         seed: what it was drawn from.
-        container: the container.
+        container: what is handled.
         scenario: 0 on the table, 1 held from the start, 2 brought in.
         background: 0 bare wall, 1 curtain and pictures.
         illumination: 0 from above, 1 from the side.
@@ -38,8 +38,6 @@ class Scene:
         furniture: the room.
         timing: when things happen.
         motion: where everything is in each frame.
-        frames: F.
-        fps: frames per second.
     """
 
     seed: int
@@ -55,13 +53,16 @@ class Scene:
     furniture: Furniture
     timing: Timing
     motion: Motion
-    frames: int
-    fps: int = FPS
+
+    @property
+    def frames(self) -> int:
+        """F, the number of frames."""
+        return len(self.motion.fill)
 
     @property
     def duration_s(self) -> float:
         """Length of video and sound in seconds."""
-        return self.frames / self.fps
+        return self.frames / FPS
 
     def camera(self, view: str, size: tuple[int, int]) -> Camera:
         """A view's camera for images of ``size`` (width, height)."""
@@ -78,16 +79,7 @@ def make_scene(
     filling: tuple[int, Level] | None = None,
     look: int | None = None,
 ) -> Scene:
-    """A scene of the demo; what is not given is drawn, and the same arguments give the same scene.
-
-    Args:
-        seed: a whole number, not negative.
-        container: number of the container, 1 to 15.
-        scenario: 0 to 2.
-        background: 0 or 1.
-        illumination: 0 or 1.
-        filling: type and level, one of the container's ``fillings``.
-        look: 0 to 11.
+    """A scene of the demo, see ``Scene``; what is not given is drawn, and the same arguments give the same scene.
 
     Raises:
         NotFoundError: there is no such container.
@@ -116,8 +108,8 @@ def training_scene(
 
     Args:
         seed: a whole number, not negative; no seed gives one of the demo's scenes.
-        containers: numbers of the containers that may come.
-        filling: type and level, one of the ``fillings`` of every such container; default: drawn.
+        containers: one of these is drawn.
+        filling: type and level, one of the ``fillings`` of each of them; default: drawn.
     """
     rng = np.random.default_rng([_TRAINING_STREAM, seed])
     chosen = demo_container(int(rng.choice(np.asarray(containers))))
@@ -139,15 +131,10 @@ def training_scene(
 def sound_events(scene: Scene) -> SoundEvents:
     """What can be heard of a scene."""
     container, timing = scene.container, scene.timing
-    material: Material = "plastic"
-    if container.kind == "box":
-        material = "cardboard"
-    elif container.mass_g > 50:
-        material = "glass"
+    material: Material = "cardboard" if container.kind == "box" else "glass" if container.mass_g > 50 else "plastic"
     inner_mm = container.width_top_mm if container.inner is None else 2 * float(container.inner.radii_mm[-1])
     contacts = [time for time in (timing.grasp_s, timing.lift_s) if 0 < time <= scene.duration_s]
     return SoundEvents(
-        container_kind=container.kind,
         material=material,
         capacity_ml=container.capacity_ml,
         height_mm=container.height_mm,
@@ -160,7 +147,7 @@ def sound_events(scene: Scene) -> SoundEvents:
         end_s=min(timing.action_end_s, scene.duration_s),
         source_path_m=scene.motion.base_m,
         contacts_s=tuple(contacts),
-        times_s=np.arange(scene.frames) / scene.fps,
+        times_s=np.arange(scene.frames) / FPS,
     )
 
 
@@ -178,14 +165,13 @@ def _scene(
     cameras = draw_cameras(rng, spread=camera_spread)
     table_z_m = float(rng.uniform(-0.03, 0.0))
     timing = draw_timing(container, scenario=scenario, filling_type=filling_type, filling_level=filling_level, rng=rng)
-    frames = round(timing.end_s * FPS)
     motion = draw_motion(
         container,
         timing,
         scenario=scenario,
         filling_level=filling_level,
         table_z_m=table_z_m,
-        times_s=np.arange(frames) / FPS,
+        times_s=np.arange(round(timing.end_s * FPS)) / FPS,
         rng=rng,
     )
     return Scene(
@@ -197,6 +183,5 @@ def _scene(
         furniture=Furniture.at_random(rng, background=chosen["background"], table_z_m=table_z_m, centre_x_m=CENTRE_X_M),
         timing=timing,
         motion=motion,
-        frames=frames,
         **chosen,
     )

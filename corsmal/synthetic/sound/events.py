@@ -10,7 +10,6 @@ from corsmal.dataset.annotation import LEVEL_FRACTIONS
 
 SAMPLE_RATE_HZ = 44_100
 
-ContainerKind = Literal["cup", "glass", "box"]
 Material = Literal["plastic", "glass", "cardboard"]
 Filling = Literal["none", "pasta", "rice", "water"]
 Level = Literal[0, 1, 2]
@@ -27,7 +26,6 @@ class SoundEvents:
     """One recording, as far as it can be heard.
 
     Args:
-        container_kind: what is handled; boxes are shaken, cups and glasses are poured into.
         material: what the container is made of; it colours every impact on it.
         capacity_ml: inner volume to the brim.
         height_mm: outer height.
@@ -43,7 +41,6 @@ class SoundEvents:
         times_s: (n,) increasing, the times of ``source_path_m``; None where the container stays.
     """
 
-    container_kind: ContainerKind
     material: Material
     capacity_ml: float
     height_mm: float
@@ -78,14 +75,14 @@ def pour_duration_s(
     """How long a person pours.
 
     The medians follow the lengths of the real recordings less about 2.5 s of handling. People differ by a factor of
-    about 1.4 either way, so the slow half and the quick full overlap and the length alone does not tell the level.
+    about 1.4 either way, so the slow half and the quick full overlap and the length does not reveal the level.
 
     Args:
-        filling: what is poured; ``none`` takes no time.
+        filling: what is poured.
         level: 0, 1 (half) or 2 (full).
         capacity_ml: inner volume of the container.
         rng: draws the person's pace.
-        pace: how many times faster than in the real recordings everybody pours, for shorter demos.
+        pace: factor by which everybody pours faster than in the real recordings.
 
     Returns:
         Seconds, 0 where nothing is poured.

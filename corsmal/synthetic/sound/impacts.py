@@ -33,17 +33,9 @@ _BODIES: dict[Material, _Body] = {
 
 
 def scatter(bank: Floats, onsets: Floats, amplitudes: Floats, *, samples: int, rng: np.random.Generator) -> Samples:
-    """Lay short sounds, drawn from a bank, on a track.
+    """Lay short sounds, drawn from a bank (k, n), on a track (samples,).
 
-    Args:
-        bank: (k, n) sounds at the sampling rate of the track.
-        onsets: (m,) where they start, in samples; those outside the track are dropped.
-        amplitudes: (m,) factors.
-        samples: length of the track.
-        rng: draws which sound of the bank is used.
-
-    Returns:
-        (samples,).
+    They start at ``onsets`` (m,), in samples, and are multiplied by ``amplitudes`` (m,); those outside are dropped.
     """
     starts = onsets.astype(np.int64)
     inside = (starts >= 0) & (starts < samples)
@@ -56,16 +48,9 @@ def scatter(bank: Floats, onsets: Floats, amplitudes: Floats, *, samples: int, r
 
 
 def click_bank(rng: np.random.Generator, *, centre_hz: float, spread: float, decay_s: float) -> Floats:
-    """Dry impacts of grains, no two alike.
+    """Dry impacts of grains, no two alike: (48, n), peaks near 1.
 
-    Args:
-        rng: draws the clicks.
-        centre_hz: middle of their frequencies.
-        spread: standard deviation of the logarithm of the frequencies.
-        decay_s: mean time in which a click falls to 1/e.
-
-    Returns:
-        (48, n), peaks near 1, n samples long enough for five decay times.
+    ``spread`` is the standard deviation of the frequencies' logarithm, ``decay_s`` the mean time to fall to 1/e.
     """
     times_s = np.arange(max(8, round(5 * decay_s * SAMPLE_RATE_HZ))) / SAMPLE_RATE_HZ
     partials = (_BANK, 3, 1)

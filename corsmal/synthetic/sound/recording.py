@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from corsmal.dataset.annotation import LEVEL_FRACTIONS
 from corsmal.synthetic.sound.events import SAMPLE_RATE_HZ, SoundEvents
-from corsmal.synthetic.sound.impacts import Samples, body_response, cloth, ring, tap
+from corsmal.synthetic.sound.impacts import body_response, cloth, ring, tap
 from corsmal.synthetic.sound.room import Emission, Room, room_noise
 from corsmal.synthetic.sound.sources import pouring, shaking
 
@@ -23,40 +23,23 @@ _SLEEVE_M = np.array([0.0, -0.3, 0.2])
 
 
 def recording_sound(events: SoundEvents, *, rng: np.random.Generator) -> NDArray[np.float32]:
-    """The sound of one recording at the array's eight microphones.
+    """The sound of one recording at the array's eight microphones, (8, round(duration_s · 44100)) within ±0.99.
 
-    Args:
-        events: what happens.
-        rng: draws everything else: the hand's unsteadiness, the grains, the container's modes, room and noise. The
-            same state gives the same samples.
-
-    Returns:
-        (8, round(duration_s · 44100)) float32, within ±0.99.
+    All that ``events`` leaves open is drawn: the unsteady hand, the grains, the container's modes, room and noise.
     """
     samples = round(events.duration_s * SAMPLE_RATE_HZ)
     room = Room.at_random(rng)
-    emissions = [
-        *_filling(events, rng),
-        *_taps(events, rng),
-        *_sleeves(events, rng),
-    ]
+    emissions = [*_filling(events, rng), *_taps(events, rng), *_sleeves(events, rng)]
     heard = room.render(emissions, samples=samples) * np.float32(10 ** (rng.normal(0, 2.5) / 20))
-    level_dbfs = rng.uniform(*NOISE_DBFS)
-    heard += room_noise(rng, samples=samples, level_dbfs=level_dbfs)
+    heard += room_noise(rng, samples=samples, level_dbfs=rng.uniform(*NOISE_DBFS))
     return np.clip(heard, -FULL_SCALE, FULL_SCALE)
 
 
 def _filling(events: SoundEvents, rng: np.random.Generator) -> list[Emission]:
-    """Pouring or shaking, cut where the container has moved on."""
+    """Pouring or shaking, heard from the container's way in steps of 4 cm, cross-faded."""
     if events.action == "handle":
         return []
-    source = pouring if events.action == "pour" else shaking
-    sound = source(events, rng=rng)
-    return _moving(sound, events)
-
-
-def _moving(sound: Samples, events: SoundEvents) -> list[Emission]:
-    """A sound that begins at ``start_s``, heard from the container's way in steps of 4 cm, cross-faded."""
+    sound = pouring(events, rng=rng) if events.action == "pour" else shaking(events, rng=rng)
     clock_s = np.arange(events.start_s, events.start_s + len(sound) / SAMPLE_RATE_HZ, _STATION_STEP_S)
     positions = events.position_m(clock_s)
     stations = [0]

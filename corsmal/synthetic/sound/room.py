@@ -99,13 +99,8 @@ def room_noise(rng: np.random.Generator, *, samples: int, level_dbfs: float) -> 
     Low frequencies reach all microphones alike and high ones differ, as in a diffuse field; the microphones'
     sensitivities differ by about 1 dB, and the spectrum's tilt by a few dB from recording to recording.
 
-    Args:
-        rng: draws the noise.
-        samples: length.
-        level_dbfs: RMS level of the whole, relative to full scale.
-
     Returns:
-        (8, samples).
+        (8, samples) with an RMS of ``level_dbfs`` relative to full scale.
     """
     length = fft.next_fast_len(samples, real=True)
     shape = (len(MICROPHONES_M) + 1, length // 2 + 1)

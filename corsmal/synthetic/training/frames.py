@@ -111,13 +111,9 @@ def augmented(sample: Sample, rng: np.random.Generator) -> Sample:
 
 
 def cropped(sample: Sample, size: tuple[int, int], rng: np.random.Generator, *, jug: float = 0.0) -> Sample:
-    """A window of (width, height) that holds the container's middle somewhere; anywhere, where there is none.
+    """A window of (width, height) around the container, at random; anywhere, where there is none.
 
-    Args:
-        sample: what it is cut from.
-        size: of the window.
-        rng: draws the place.
-        jug: probability that it holds the jug's middle instead, where there is one.
+    With probability ``jug`` it lies around the jug instead, where there is one.
     """
     image, objects, label = sample
     wanted = JUG if rng.random() < jug and (objects == JUG).any() else CONTAINER

@@ -115,14 +115,7 @@ def write_demo(
 
 
 class _Making:
-    """One call's work: the pieces that are left, and how far they are.
-
-    Args:
-        root: the dataset's folder.
-        plan: its recordings.
-        frame_step: of the videos.
-        progress: whom to tell.
-    """
+    """One call's work: the pieces that are left, and how far they are."""
 
     def __init__(
         self,

@@ -29,13 +29,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class WritePiece:
-    """The task of making a piece.
-
-    Args:
-        folder: where its files go.
-        size: (width, height) of the videos in pixels.
-        frame_step: every n-th frame of a scene is drawn.
-    """
+    """The task of making a piece in a folder; the other arguments are those of ``write_part``."""
 
     folder: Path
     size: tuple[int, int]

@@ -10,7 +10,7 @@ from corsmal.dataset.annotation import DENSITIES_G_PER_ML, LEVEL_FRACTIONS
 from corsmal.errors import ArgumentError
 from corsmal.synthetic.scene.containers import ANNOTATED_IDS, CONTAINER_IDS, DemoContainer, demo_container
 from corsmal.synthetic.scene.looks import DEMO_LOOKS
-from corsmal.synthetic.scene.scene import Scene, make_scene, training_scene
+from corsmal.synthetic.scene.scene import FPS, Scene, make_scene, training_scene
 from corsmal.synthetic.scene.timing import FILLING_NAMES
 from corsmal.synthetic.sound.events import Level
 
@@ -78,7 +78,7 @@ class PlannedRecording:
             "filling density": density,
             "filling mass": float(filling_mass),
             "object mass": container.mass_g + filling_mass,
-            "handover starting frame": round(scene.timing.handover_start_s * scene.fps / frame_step),
+            "handover starting frame": round(scene.timing.handover_start_s * FPS / frame_step),
             "handover start timestamp": -1,
             "handover hand": 1,
         }
@@ -137,11 +137,7 @@ def plan_recordings(
 
 
 def annotation_of(rows: Sequence[dict[str, float]]) -> dict[str, Any]:
-    """The annotation of recordings, with the keys of the dataset's own.
-
-    Args:
-        rows: of ``PlannedRecording.annotation``.
-    """
+    """The annotation of recordings, with the dataset's own keys, from rows of ``PlannedRecording.annotation``."""
     return {
         "info": {"description": "Synthetic recordings in the layout of CORSMAL Containers Manipulation", "set": "demo"},
         "annotations": list(rows),

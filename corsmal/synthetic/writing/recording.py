@@ -15,7 +15,7 @@ from corsmal.detection import Detections, ViewDetections
 from corsmal.detection.parquet import write_parquet
 from corsmal.geometry import Camera
 from corsmal.synthetic.render.frame import render_frame
-from corsmal.synthetic.scene.scene import Scene, sound_events
+from corsmal.synthetic.scene.scene import FPS, Scene, sound_events
 from corsmal.synthetic.sound.events import SAMPLE_RATE_HZ
 from corsmal.synthetic.writing.parts import SOUND, part_files, writing
 
@@ -29,15 +29,9 @@ _MARKS_M = ((0.45, 0.2, 0.0), (0.05, 0.2, 0.0))
 def write_part(
     root: Path, recording_id: str, scene: Scene, part: str, *, size: tuple[int, int], frame_step: int = 1
 ) -> None:
-    """Make one part of a recording.
+    """Make one of ``PARTS`` of a recording under ``root``, in the dataset's layout.
 
-    Args:
-        root: the folder under which the files are written, in the dataset's layout.
-        recording_id: six digits.
-        scene: the recording.
-        part: one of ``PARTS``.
-        size: (width, height) of the videos in pixels.
-        frame_step: every n-th frame of the scene is drawn.
+    Videos have ``size`` (width, height) and every ``frame_step``-th frame of the scene.
 
     Raises:
         FileError: a file cannot be written.
@@ -91,7 +85,7 @@ def scene_truth(scene: Scene, *, frame_step: int = 1) -> dict[str, Any]:
         "depth_mm": container.depth_mm,
         "profile": profile,
         "frames": len(motion.fill[kept]),
-        "fps": scene.fps if frame_step == 1 else scene.fps / frame_step,
+        "fps": FPS if frame_step == 1 else FPS / frame_step,
         "action": scene.timing.action,
         "events_s": {name: value for name, value in vars(scene.timing).items() if name != "action"},
         "base_m": np.round(motion.base_m[kept], 6).tolist(),
@@ -113,7 +107,7 @@ def _write_view(
         writing(path, errors=(av.FFmpegError,)) as part,
         av.open(str(part), "w", options={"movflags": "faststart"}) as container,
     ):
-        stream = container.add_stream("libx264", rate=Fraction(scene.fps, frame_step), options=_QUALITY)
+        stream = container.add_stream("libx264", rate=Fraction(FPS, frame_step), options=_QUALITY)
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
         for frame, drawn in enumerate(range(0, scene.frames, frame_step)):
