@@ -3,7 +3,7 @@
 from typing import Literal
 
 from corsmal.figures.drawing import Drawing, Drawn
-from corsmal.figures.style import LEVEL_COLOURS, TRUTH, TYPE_COLOURS, Part, plain_layout
+from corsmal.figures.style import LEVEL_COLOURS, TRUTH, TYPE_COLOURS, bars, plain_layout, scatter
 from corsmal.filling import FillingPrediction
 
 Head = Literal["type", "level"]
@@ -31,63 +31,41 @@ def answer_figure(
         Probabilities in percent, classes from above in their order; the figure's height is set.
     """
     colours = HEAD_COLOURS[head]
-    names = [f"<b>◆ {name}</b>" if name == true else name for name in colours]
-    traces = [_bars(prediction, head), _numbers(prediction, head)]
+    rows = list(range(len(colours)))
+    shares, logits = (getattr(prediction, f"{head}_{kind}") for kind in ("probabilities", "logits"))
+    texts = [f"{100 * share:.0f} % ({logit:+.1f})" for share, logit in zip(shares, logits, strict=True)]
+    silent = {"hoverinfo": "skip"}
+    traces = [
+        bars(100 * shares, rows, marker={"color": list(colours.values())}, name=head, **silent),
+        scatter(
+            [NUMBERS_PCT] * len(rows),
+            rows,
+            mode="text",
+            text=texts,
+            textposition="middle right",
+            name="numbers",
+            **silent,
+        ),
+    ]
     if whole is not None:
-        traces.append(_marks(whole, head))
+        mark = {"symbol": "line-ns-open", "size": 18, "color": TRUTH, "line": {"width": 2}}
+        percent = 100 * getattr(whole, f"{head}_probabilities")
+        shown = "whole recording: %{x:.0f} %<extra></extra>"
+        traces.append(scatter(percent, rows, mode="markers", marker=mark, name="whole recording", hovertemplate=shown))
+    ticks = {"tickvals": rows, "ticktext": [f"<b>◆ {name}</b>" if name == true else name for name in colours]}
     layout = plain_layout(
-        height=ROW_PX * len(names) + 6,
+        height=ROW_PX * len(rows) + 6,
         margin={"l": 70, "r": 4, "t": 2, "b": 4},
         showlegend=False,
         bargap=0.25,
         xaxis={"range": RANGE_PCT, "visible": False, "fixedrange": True},
         yaxis={
-            "range": [len(names) - 0.5, -0.5],
-            "tickvals": list(range(len(names))),
-            "ticktext": names,
+            "range": [len(rows) - 0.5, -0.5],
             "ticklabelstandoff": 4,
             "showgrid": False,
             "zeroline": False,
             "fixedrange": True,
+            **ticks,
         },
     )
     return traces, layout
-
-
-def _bars(prediction: FillingPrediction, head: Head) -> Part:
-    return {
-        "type": "bar",
-        "orientation": "h",
-        "x": 100 * getattr(prediction, f"{head}_probabilities"),
-        "y": list(range(len(HEAD_COLOURS[head]))),
-        "marker": {"color": list(HEAD_COLOURS[head].values())},
-        "hoverinfo": "skip",
-        "name": head,
-    }
-
-
-def _numbers(prediction: FillingPrediction, head: Head) -> Part:
-    shares, logits = (getattr(prediction, f"{head}_{kind}").tolist() for kind in ("probabilities", "logits"))
-    return {
-        "type": "scatter",
-        "mode": "text",
-        "x": [NUMBERS_PCT] * len(shares),
-        "y": list(range(len(shares))),
-        "text": [f"{100 * share:.0f} % ({logit:+.1f})" for share, logit in zip(shares, logits, strict=True)],
-        "textposition": "middle right",
-        "hoverinfo": "skip",
-        "name": "numbers",
-    }
-
-
-def _marks(whole: FillingPrediction, head: Head) -> Part:
-    percent = 100 * getattr(whole, f"{head}_probabilities")
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "x": percent,
-        "y": list(range(len(percent))),
-        "marker": {"symbol": "line-ns-open", "size": 18, "color": TRUTH, "line": {"width": 2}},
-        "name": "whole recording",
-        "hovertemplate": "whole recording: %{x:.0f} %<extra></extra>",
-    }

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 
-from corsmal.figures.style import BEST, HULL, INSIDE, OUTSIDE, TRUTH, Part, axis, plain_layout
+from corsmal.figures.style import BEST, HULL, INSIDE, OUTSIDE, TRUTH, Part, axis, bars, plain_layout, scatter
 
 VERDICT_COLOURS = {"better": INSIDE, "worse": OUTSIDE, "no significant difference": TRUTH}
 POINT_JITTER = 0.32
@@ -17,12 +17,12 @@ BOX_MIN = 5
 
 
 def spread_figure(
-    bars: pd.DataFrame, points: pd.DataFrame | None, *, metric: str, unit: str, seed: int = 0
+    table: pd.DataFrame, points: pd.DataFrame | None, *, metric: str, unit: str, seed: int = 0
 ) -> go.Figure:
     """One metric by container: how bad each is, and how its recordings' errors spread.
 
     Args:
-        bars: a row per container, from the worst to the best: ``container``, ``value`` (%), ``paper`` (%, NaN where
+        table: a row per container, from the worst to the best: ``container``, ``value`` (%), ``paper`` (%, NaN where
             the paper has no such container) and ``recordings``.
         points: a row per recording with ``container``, ``error`` (with its sign, %) and ``failed``, indexed by
             recording id; None where the metric has no errors of single recordings.
@@ -34,34 +34,26 @@ def spread_figure(
         Trace 0 holds a bar per container, whose ``customdata`` is the container's name; the points' ``customdata`` are
         recording ids.
     """
-    names = list(bars["container"])
+    names = list(table["container"])
     rows = {name: len(names) - 1 - place for place, name in enumerate(names)}
     heights = [rows[name] for name in names]
-    traces: list[Part] = [
-        {
-            "type": "bar",
-            "orientation": "h",
-            "name": "this run",
-            "x": bars["value"].to_numpy(),
-            "y": heights,
-            "customdata": names,
-            "text": [f"{value:.1f}" if np.isfinite(value) else "no number" for value in bars["value"]],
-            "textposition": "auto",
-            "marker": {"color": HULL},
-            "hovertemplate": "%{customdata}: %{x:.1f} %<extra></extra>",
-        }
+    traces = [
+        bars(
+            table["value"].to_numpy(),
+            heights,
+            name="this run",
+            customdata=names,
+            text=[f"{value:.1f}" if np.isfinite(value) else "no number" for value in table["value"]],
+            textposition="auto",
+            marker={"color": HULL},
+            hovertemplate="%{customdata}: %{x:.1f} %<extra></extra>",
+        )
     ]
-    if bars["paper"].notna().any():
+    if table["paper"].notna().any():
+        diamond = {"symbol": "diamond", "size": 11, "color": BEST, "line": {"color": "#FFFFFF", "width": 1}}
+        look = {"marker": diamond, "hovertemplate": "paper: %{x:.1f} %<extra></extra>"}
         traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": "paper, real recordings",
-                "x": bars["paper"].to_numpy(),
-                "y": heights,
-                "marker": {"symbol": "diamond", "size": 11, "color": BEST, "line": {"color": "#FFFFFF", "width": 1}},
-                "hovertemplate": "paper: %{x:.1f} %<extra></extra>",
-            }
+            scatter(table["paper"].to_numpy(), heights, mode="markers", name="paper, real recordings", **look)
         )
     ticks = {"tickvals": heights, "ticktext": names, "range": [-0.6, len(names) - 0.4], "zeroline": False}
     layout = plain_layout(
@@ -80,14 +72,14 @@ def spread_figure(
 def _strips(points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, seed: int) -> list[Part]:
     """A box per container over its recordings, and a point per recording."""
     known = points[points["error"].notna() & points["container"].isin(rows)]
-    places = known["container"].map(rows).to_numpy(dtype=np.float64)
+    errors, places = known["error"].to_numpy(), known["container"].map(rows).to_numpy(dtype=np.float64)
     is_many = (known.groupby("container")["error"].transform("size") >= BOX_MIN).to_numpy()
     jitter = np.random.default_rng(seed).uniform(-POINT_JITTER, POINT_JITTER, len(known)) * is_many
     on = {"xaxis": "x2", "yaxis": "y2"}
     box: Part = {
         "type": "box",
         "orientation": "h",
-        "x": known["error"].to_numpy()[is_many],
+        "x": errors[is_many],
         "y": places[is_many],
         "boxpoints": False,
         "showlegend": False,
@@ -99,19 +91,13 @@ def _strips(points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, seed: i
     traces = [box]
     for failed, name, colour in ((False, "measured", HULL), (True, "failed: training mean", OUTSIDE)):
         own = (known["failed"] == failed).to_numpy()
+        look = {"name": name, "marker": {"size": 7, "color": colour, "opacity": 0.75}, "showlegend": bool(own.any())}
+        shown = f"%{{customdata}}: %{{x:+.1f}} {unit}<extra></extra>"
+        ids = list(known.index[own])
         traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": name,
-                "x": known["error"].to_numpy()[own],
-                "y": (places + jitter)[own],
-                "customdata": list(known.index[own]),
-                "marker": {"size": 7, "color": colour, "opacity": 0.75},
-                "showlegend": bool(own.any()),
-                "hovertemplate": f"%{{customdata}}: %{{x:+.1f}} {unit}<extra></extra>",
-                **on,
-            }
+            scatter(
+                errors[own], (places + jitter)[own], mode="markers", customdata=ids, hovertemplate=shown, **look, **on
+            )
         )
     return traces
 
@@ -129,31 +115,29 @@ def comparison_figure(rows: pd.DataFrame, *, label: str) -> go.Figure:
     """
     names = [str(name) for name in rows[label]]
     places = np.arange(len(names))[::-1]
-    traces: list[Part] = []
+    traces = []
     for verdict, colour in VERDICT_COLOURS.items():
         own = (rows["verdict"] == verdict).to_numpy()
-        part = rows[own]
-        middle = part["difference"].to_numpy()
+        middle, low, high = (rows.loc[own, name].to_numpy() for name in ("difference", "low", "high"))
         traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": f"second run {verdict}" if verdict in ("better", "worse") else verdict,
-                "x": middle,
-                "y": places[own],
-                "customdata": [name for name, is_own in zip(names, own, strict=True) if is_own],
-                "error_x": {
+            scatter(
+                middle,
+                places[own],
+                mode="markers",
+                name=f"second run {verdict}" if verdict in ("better", "worse") else verdict,
+                customdata=[name for name, is_own in zip(names, own, strict=True) if is_own],
+                error_x={
                     "type": "data",
                     "symmetric": False,
-                    "array": (part["high"].to_numpy() - middle),
-                    "arrayminus": (middle - part["low"].to_numpy()),
+                    "array": high - middle,
+                    "arrayminus": middle - low,
                     "thickness": 2,
                     "color": colour,
                 },
-                "marker": {"size": 11, "color": colour},
-                "showlegend": bool(own.any()),
-                "hovertemplate": "%{customdata}: %{x:+.1f} points<extra></extra>",
-            }
+                marker={"size": 11, "color": colour},
+                showlegend=bool(own.any()),
+                hovertemplate="%{customdata}: %{x:+.1f} points<extra></extra>",
+            )
         )
     ticks = {"tickvals": places, "ticktext": names, "range": [-0.7, len(names) - 0.3], "zeroline": False}
     return go.Figure(

@@ -7,11 +7,12 @@ import pandas as pd
 import plotly.graph_objects as go
 
 from corsmal.dataset.annotation import Kind
-from corsmal.figures.style import AXIS, Part, axis, plain_layout
+from corsmal.figures.style import AXIS, Part, axis, heatmap, note, plain_layout, scatter, side_by_side
 
 SHADE = [[0.0, "rgba(91,141,239,0.04)"], [1.0, "rgba(91,141,239,0.95)"]]
 WORSE = [[0.0, "#14B8A6"], [0.5, "#F2C14E"], [1.0, "#D55E00"]]
 REMOVED = [[0.0, "rgba(229,72,77,0.85)"], [0.5, "rgba(138,143,152,0.10)"], [1.0, "rgba(20,184,166,0.85)"]]
+GAPS = {"xgap": 2, "ygap": 2}
 
 
 def confusion_figure(tables: Mapping[Kind, pd.DataFrame]) -> go.Figure:
@@ -24,55 +25,36 @@ def confusion_figure(tables: Mapping[Kind, pd.DataFrame]) -> go.Figure:
         A heat map per kind, in order, so that a click's ``curve`` is the number of its kind and its ``y`` and ``x`` are
         the true and the predicted class. Colours are shares of the true class, texts are counts.
     """
-    count, gap = len(tables), 0.06
-    width = (1 - gap * (count - 1)) / max(1, count)
-    traces: list[Part] = []
-    texts: list[Part] = []
+    traces, texts = [], []
     layout = plain_layout(margin={"l": 60, "r": 12, "t": 44, "b": 46}, annotations=[])
-    for number, (kind, table) in enumerate(tables.items(), start=1):
-        ending, start = "" if number == 1 else str(number), (number - 1) * (width + gap)
-        counts = table.to_numpy()
+    places = side_by_side(len(tables), gap=0.06)
+    for number, ((kind, table), (start, end)) in enumerate(zip(tables.items(), places, strict=True), start=1):
+        ending = "" if number == 1 else str(number)
+        across, down, counts = list(table.columns), list(table.index), table.to_numpy()
         totals = counts.sum(axis=1, keepdims=True)
-        shares = np.divide(100 * counts, totals, out=np.zeros(counts.shape), where=totals > 0)
-        traces.append(
-            {
-                "type": "heatmap",
-                "name": kind,
-                "x": list(table.columns),
-                "y": list(table.index),
-                "z": shares,
-                "customdata": counts.tolist(),
-                "zmin": 0,
-                "zmax": 100,
-                "colorscale": SHADE,
-                "showscale": False,
-                "xgap": 2,
-                "ygap": 2,
-                "hovertemplate": "true %{y}, predicted %{x}<br>%{customdata} recordings, %{z:.0f} % of the class"
-                f"<extra>{kind}</extra>",
-                "xaxis": f"x{ending}",
-                "yaxis": f"y{ending}",
-            }
+        on = {"xaxis": f"x{ending}", "yaxis": f"y{ending}"}
+        cells = heatmap(
+            np.divide(100 * counts, totals, out=np.zeros(counts.shape), where=totals > 0),
+            colours=SHADE,
+            name=kind,
+            x=across,
+            y=down,
+            customdata=counts.tolist(),
+            zmin=0,
+            zmax=100,
+            hovertemplate="true %{y}, predicted %{x}<br>%{customdata} recordings, %{z:.0f} % of the class"
+            f"<extra>{kind}</extra>",
         )
-        domain = [start, start + width]
+        traces.append(cells | GAPS | on)
         plain = {"type": "category", "showgrid": False}
-        layout[f"xaxis{ending}"] = axis("predicted", domain=domain, anchor=f"y{ending}", **plain)
+        layout[f"xaxis{ending}"] = axis("predicted", domain=[start, end], anchor=f"y{ending}", **plain)
         layout[f"yaxis{ending}"] = axis(
             "true" if number == 1 else "", autorange="reversed", anchor=f"x{ending}", **plain
         )
-        layout["annotations"].append(
-            {
-                "text": f"<b>{kind}</b>, {int(counts.sum())}",
-                "x": start + width / 2,
-                "y": 1.02,
-                "xref": "paper",
-                "yref": "paper",
-                "yanchor": "bottom",
-                "showarrow": False,
-            }
-        )
+        where = {"x": (start + end) / 2, "y": 1.02, "xref": "paper", "yref": "paper", "yanchor": "bottom"}
+        layout["annotations"].append(note(f"<b>{kind}</b>, {int(counts.sum())}", **where))
         names = [str(value) if value else "" for value in counts.ravel()]
-        texts.append(_texts(list(table.columns), list(table.index), names, xaxis=f"x{ending}", yaxis=f"y{ending}"))
+        texts.append(_texts(across, down, names, **on))
     return go.Figure([*traces, *texts], layout)
 
 
@@ -90,34 +72,28 @@ def sweep_figure(table: pd.DataFrame, *, metric: str, label: str, current: tuple
         A heat map whose cells are equally large, whatever the steps between settings; ``customdata`` of a cell is L,
         d_max, failures and recordings. A star marks the smallest error.
     """
-    errors = table.pivot_table(index="max_difference_mm", columns="circumferences", values=metric, dropna=False)
-    counts = [
-        table.pivot_table(index="max_difference_mm", columns="circumferences", values=name)
-        .reindex(index=errors.index, columns=errors.columns)
-        .to_numpy()
-        for name in ("failures", "recordings")
-    ]
-    across, down = errors.columns.to_numpy(dtype=np.float64), errors.index.to_numpy(dtype=np.float64)
-    grid = np.dstack([*np.meshgrid(across, down), *counts])
+    errors, failures, recordings = (
+        table.pivot_table(index="max_difference_mm", columns="circumferences", values=name, dropna=False)
+        for name in (metric, "failures", "recordings")
+    )
     values = errors.to_numpy()
-    traces: list[Part] = [
-        {
-            "type": "heatmap",
-            "z": values,
-            "x": np.arange(len(across)),
-            "y": np.arange(len(down)),
-            "customdata": grid.tolist(),
-            "text": [[f"{value:.1f}" if np.isfinite(value) else "–" for value in row] for row in values],
-            "texttemplate": "%{text}",
-            "colorscale": WORSE,
-            "colorbar": {"title": {"text": "MAPE (%)"}, "thickness": 12},
-            "xgap": 2,
-            "ygap": 2,
-            "hovertemplate": "L %{customdata[0]:.0f}, d_max %{customdata[1]:.2f} mm<br>"
-            f"{label}: %{{z:.1f}} %<br>failed: %{{customdata[2]}} of %{{customdata[3]}}<extra></extra>",
-        },
-        _mark(_between(current[0], across), _between(current[1], down), "circle-open", "current setting", size=34),
-    ]
+    across, down = errors.columns.to_numpy(dtype=np.float64), errors.index.to_numpy(dtype=np.float64)
+    cells = heatmap(
+        values,
+        colours=WORSE,
+        x=np.arange(len(across)),
+        y=np.arange(len(down)),
+        customdata=np.dstack([*np.meshgrid(across, down), failures, recordings]).tolist(),
+        text=[[f"{value:.1f}" if np.isfinite(value) else "–" for value in row] for row in values],
+        texttemplate="%{text}",
+        hovertemplate="L %{customdata[0]:.0f}, d_max %{customdata[1]:.2f} mm<br>"
+        f"{label}: %{{z:.1f}} %<br>failed: %{{customdata[2]}} of %{{customdata[3]}}<extra></extra>",
+    )
+    bar = {"showscale": True, "colorbar": {"title": {"text": "MAPE (%)"}, "thickness": 12}}
+    x, y = (
+        np.interp(value, steps, np.arange(len(steps))) for value, steps in zip(current, (across, down), strict=True)
+    )
+    traces = [cells | GAPS | bar, _mark(float(x), float(y), "circle-open", "current setting", size=34)]
     if np.isfinite(values).any():
         row, column = np.unravel_index(np.nanargmin(values), values.shape)
         traces.append(_mark(float(column) - 0.34, float(row), "star", "smallest error", size=11))
@@ -142,57 +118,33 @@ def blame_figure(table: pd.DataFrame, *, rows: str, columns: str, value: str, la
         From −100 % (the error doubled) to 100 % (nothing is left of it); cells without a number are empty.
     """
     down, across = (list(dict.fromkeys(table[name])) for name in (rows, columns))
-    cells = table.pivot_table(index=rows, columns=columns, values=value, dropna=False)
-    values = cells.reindex(index=down, columns=across).to_numpy()
-    trace: Part = {
-        "type": "heatmap",
-        "x": across,
-        "y": down,
-        "z": np.clip(values, -100, 100),
-        "customdata": values.tolist(),
-        "zmin": -100,
-        "zmax": 100,
-        "colorscale": REMOVED,
-        "showscale": False,
-        "xgap": 2,
-        "ygap": 2,
-        "hovertemplate": f"%{{y}}, %{{x}}<br>{label}: %{{customdata:.0f}} %<extra></extra>",
-    }
+    parts = table.pivot_table(index=rows, columns=columns, values=value, dropna=False)
+    values = parts.reindex(index=down, columns=across).to_numpy()
+    cells = heatmap(
+        np.clip(values, -100, 100),
+        colours=REMOVED,
+        x=across,
+        y=down,
+        customdata=values.tolist(),
+        zmin=-100,
+        zmax=100,
+        hovertemplate=f"%{{y}}, %{{x}}<br>{label}: %{{customdata:.0f}} %<extra></extra>",
+    )
     layout = plain_layout(
         xaxis={"type": "category", "side": "top", "tickangle": 0, "showgrid": False},
         yaxis={"type": "category", "autorange": "reversed", "automargin": True, "showgrid": False},
         margin={"l": 60, "r": 12, "t": 60, "b": 12},
     )
     names = [f"{value:+.0f} %" if np.isfinite(value) else "" for value in values.ravel()]
-    return go.Figure([trace, _texts(across, down, names)], layout)
-
-
-def _between(value: float, values: np.ndarray) -> float:
-    """Where a value lies on an axis whose ticks are equally far apart."""
-    return float(np.interp(value, values, np.arange(len(values))))
+    return go.Figure([cells | GAPS, _texts(across, down, names)], layout)
 
 
 def _mark(x: float, y: float, symbol: str, name: str, *, size: int) -> Part:
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": name,
-        "x": [x],
-        "y": [y],
-        "marker": {"symbol": symbol, "size": size, "color": AXIS, "line": {"width": 3, "color": AXIS}},
-        "hoverinfo": "skip",
-    }
+    marker = {"symbol": symbol, "size": size, "color": AXIS, "line": {"width": 3, "color": AXIS}}
+    return scatter([x], [y], mode="markers", name=name, marker=marker, hoverinfo="skip")
 
 
 def _texts(across: Sequence[str], down: Sequence[str], names: Sequence[str], **axes: str) -> Part:
     """What is written on the cells, row by row, in the colour of the theme's text: shades let its ground through."""
-    return {
-        "type": "scatter",
-        "mode": "text",
-        "x": [column for _ in down for column in across],
-        "y": [row for row in down for _ in across],
-        "text": list(names),
-        "showlegend": False,
-        "hoverinfo": "skip",
-        **axes,
-    }
+    x, y = [column for _ in down for column in across], [row for row in down for _ in across]
+    return scatter(x, y, mode="text", text=list(names), showlegend=False, hoverinfo="skip", **axes)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from corsmal.figures.drawing import Drawing, Drawn
-from corsmal.figures.style import BESIDE, BEST, DROPPED, HULL, TRUTH, Part, axis, plain_layout
+from corsmal.figures.style import BESIDE, BEST, DROPPED, HULL, TRUTH, Part, axis, note, plain_layout, scatter
 from corsmal.shape import Dimensions, Hull
 
 
@@ -39,9 +39,10 @@ def profile_figure(
         traces.append(_beside(*beside))
     radii_mm = hull.radii_mm if beside is None else np.concatenate([hull.radii_mm, beside[1].radii_mm])
     widest_mm = max(float(radii_mm.max(initial=1.0)), *(width / 2 for width in (truth_mm or (0.0, 0.0))[:2]))
+    right = {"xref": "x domain", "x": 1, "xanchor": "right", "yanchor": "bottom"}
     layout = plain_layout(
         shapes=[_across(height_mm) for height_mm in marks.values()],
-        annotations=[_caption(text, height_mm) for text, height_mm in marks.items()],
+        annotations=[note(text, font={"color": BEST}, y=height_mm, **right) for text, height_mm in marks.items()],
         xaxis=axis("radius (mm)", range=[0, 1.1 * widest_mm], constraintoward="left"),
         yaxis=axis("height z above the table (mm)", scaleanchor="x"),
     )
@@ -49,58 +50,34 @@ def profile_figure(
 
 
 def _radii(hull: Hull, dimensions: Dimensions) -> list[Part]:
-    kept = np.zeros(len(hull.converged), dtype=bool)
-    kept[dimensions.kept] = True
+    kept = np.isin(np.arange(len(hull.converged)), dimensions.kept)
     groups = (
         ("kept", hull.converged & kept, {"color": HULL, "size": 6}, "lines+markers"),
         ("rejected by d_max", hull.converged & ~kept, {"color": DROPPED, "size": 8, "symbol": "x"}, "markers"),
         ("unfitted", ~hull.converged, {"color": TRUTH, "size": 4, "symbol": "circle-open"}, "markers"),
     )
+    look = {"line": {"color": HULL, "width": 1}, "hovertemplate": "radius %{x:.1f} mm<br>z %{y:.1f} mm"}
     return [
-        {
-            "type": "scatter",
-            "x": hull.radii_mm[chosen],
-            "y": hull.heights_mm[chosen],
-            "name": name,
-            "mode": mode,
-            "marker": marker,
-            "line": {"color": HULL, "width": 1},
-            "hovertemplate": "radius %{x:.1f} mm<br>z %{y:.1f} mm",
-        }
+        scatter(hull.radii_mm[chosen], hull.heights_mm[chosen], mode=mode, name=name, marker=marker, **look)
         for name, chosen, marker, mode in groups
         if chosen.any()
     ]
 
 
 def _beside(name: str, hull: Hull) -> Part:
-    return {
-        "type": "scatter",
-        "x": hull.radii_mm[hull.converged],
-        "y": hull.heights_mm[hull.converged],
-        "name": name,
-        "mode": "lines",
-        "line": {"color": BESIDE, "width": 3},
-        "hovertemplate": f"{name}: radius %{{x:.1f}} mm<br>z %{{y:.1f}} mm",
-    }
+    shown = f"{name}: radius %{{x:.1f}} mm<br>z %{{y:.1f}} mm"
+    radii_mm, heights_mm = hull.radii_mm[hull.converged], hull.heights_mm[hull.converged]
+    line = {"color": BESIDE, "width": 3}
+    return scatter(radii_mm, heights_mm, mode="lines", name=name, line=line, hovertemplate=shown)
 
 
 def _annotated(bottom_mm: float, top_mm: float, height_mm: float, *, base_mm: float) -> Part:
-    return {
-        "type": "scatter",
-        "x": [0, bottom_mm / 2, top_mm / 2, 0],
-        "y": [base_mm, base_mm, base_mm + height_mm, base_mm + height_mm],
-        "name": "annotated size, from the lower end up",
-        "mode": "lines",
-        "line": {"color": TRUTH, "width": 2, "dash": "dash"},
-        "hovertemplate": "annotated: radius %{x:.1f} mm",
-    }
+    radii_mm, heights_mm = [0, bottom_mm / 2, top_mm / 2, 0], [base_mm] * 2 + [base_mm + height_mm] * 2
+    line = {"color": TRUTH, "width": 2, "dash": "dash"}
+    look = {"name": "annotated size, from the lower end up", "hovertemplate": "annotated: radius %{x:.1f} mm"}
+    return scatter(radii_mm, heights_mm, mode="lines", line=line, **look)
 
 
 def _across(height_mm: float) -> Part:
     ends = {"xref": "x domain", "x0": 0, "x1": 1, "y0": height_mm, "y1": height_mm}
     return {"type": "line", **ends, "line": {"color": BEST, "width": 2}}
-
-
-def _caption(text: str, height_mm: float) -> Part:
-    place = {"xref": "x domain", "x": 1, "xanchor": "right", "y": height_mm, "yanchor": "bottom"}
-    return {"text": text, "font": {"color": BEST}, "showarrow": False, **place}

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.overlay import Image, jpeg_uri, paint_mask
-from corsmal.figures.style import CONTAINER, INSIDE, OUTSIDE, axis, plain_layout, rgb
+from corsmal.figures.style import CONTAINER, INSIDE, OUTSIDE, axis, pixels_below, plain_layout, rgb, scatter
 from corsmal.geometry import Camera
 from corsmal.shape import Hull, circumference_points, on_mask
 
@@ -34,35 +34,23 @@ def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, h
     heights = np.repeat(hull.heights_mm[hull.converged], points)
     inside = on_mask(mask, pixels)
     traces = [
-        {
-            "type": "scattergl",
-            "x": pixels[chosen, 0].astype(np.float32),
-            "y": pixels[chosen, 1].astype(np.float32),
-            "customdata": np.column_stack([radii[chosen], heights[chosen]]).astype(np.float32),
-            "name": f"{name}: {int(chosen.sum()):,}",
-            "mode": "markers",
-            "marker": {"color": colour, "size": 4},
-            "hovertemplate": "radius %{customdata[0]:.1f} mm<br>z %{customdata[1]:.1f} mm",
-        }
+        scatter(
+            *pixels[chosen].T.astype(np.float32),
+            mode="markers",
+            customdata=np.column_stack([radii[chosen], heights[chosen]]).astype(np.float32),
+            name=f"{name}: {int(chosen.sum()):,}",
+            marker={"color": colour, "size": 4},
+            hovertemplate="radius %{customdata[0]:.1f} mm<br>z %{customdata[1]:.1f} mm",
+        )
+        | {"type": "scattergl"}
         for name, chosen, colour in (("on the mask", inside, INSIDE), ("off the mask", ~inside, OUTSIDE))
     ]
     left, top, right, bottom = _crop(mask, image.shape)
     crop = image[top:bottom, left:right].copy()
     paint_mask(crop, mask[top:bottom, left:right], rgb_colour=rgb(CONTAINER), opacity=TINT)
-    picture = {
-        "source": jpeg_uri(crop),
-        "x": left - 0.5,
-        "y": top - 0.5,
-        "sizex": right - left,
-        "sizey": bottom - top,
-        "xref": "x",
-        "yref": "y",
-        "sizing": "stretch",
-        "layer": "below",
-    }
     plain = {"showgrid": False, "zeroline": False}
     layout = plain_layout(
-        images=[picture],
+        images=[pixels_below(jpeg_uri(crop), (left, top, right, bottom))],
         xaxis=axis("x (pixels)", range=[left - 0.5, right - 0.5], **plain),
         yaxis=axis("y (pixels)", range=[bottom - 0.5, top - 0.5], scaleanchor="x", **plain),
     )

@@ -8,7 +8,21 @@ from numpy.typing import NDArray
 
 from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.overlay import Image, jpeg_uri, paint_mask
-from corsmal.figures.style import ADDED, AXIS, CONTAINER, OUTSIDE, TRUTH, Part, plain_layout, rgb
+from corsmal.figures.style import (
+    ADDED,
+    AXIS,
+    CONTAINER,
+    OUTSIDE,
+    TRUTH,
+    Part,
+    heatmap,
+    note,
+    pixels_below,
+    plain_layout,
+    rgb,
+    scatter,
+    side_by_side,
+)
 from corsmal.mass import Axis, RestoredMask
 from corsmal.mass.judging import mask_iou
 
@@ -88,7 +102,7 @@ def restoration_figure(
         note = f"IoU {mask_iou(mask, amodal):.3f} before, {mask_iou(restored.mask, amodal):.3f} after"
         panels.append(_frame_panel("Against the truth", note, image, restored.crop, layers, is_dim=True))
     panels.append(_input_panel(network_input, resize))
-    return _side_by_side(panels)
+    return _drawn(panels)
 
 
 def mask_png(image: NDArray[np.bool_] | NDArray[np.float32]) -> bytes:
@@ -125,7 +139,7 @@ def _frame_panel(
 
 def _legend_entry(name: str) -> Part:
     marker = {"color": COLOURS[name], "size": 12, "symbol": "square"}
-    return {"type": "scatter", "x": [None], "y": [None], "mode": "markers", "marker": marker, "name": name}
+    return scatter([None], [None], mode="markers", marker=marker, name=name)
 
 
 def _axis_line(axis: Axis, box: Box) -> Part:
@@ -136,24 +150,22 @@ def _axis_line(axis: Axis, box: Box) -> Part:
     along = (corners - point) @ direction
     ends = point + np.array([[along.min()], [along.max()]]) * direction
     line = {"color": AXIS, "width": 3, "dash": "dash"}
-    return {"type": "scatter", "x": ends[:, 0], "y": ends[:, 1], "mode": "lines", "line": line, "name": "axis"}
+    return scatter(ends[:, 0], ends[:, 1], mode="lines", line=line, name="axis")
 
 
 def _input_panel(network_input: NDArray[np.float32], resize: str) -> Panel:
     height, width = network_input.shape
-    trace = {
-        "type": "heatmap",
-        "z": np.rint(100 * network_input).astype(np.uint8),
-        "zmin": 0,
-        "zmax": 100,
-        "colorscale": [[0, "#000000"], [1, "#FFFFFF"]],
-        "showscale": False,
-        "hovertemplate": "covered: %{z} %<extra></extra>",
-    }
+    trace = heatmap(
+        np.rint(100 * network_input).astype(np.uint8),
+        colours=[[0, "#000000"], [1, "#FFFFFF"]],
+        zmin=0,
+        zmax=100,
+        hovertemplate="covered: %{z} %<extra></extra>",
+    )
     return Panel("Network input", f"{width} × {height} px, {NOTES.get(resize, resize)}", (0, 0, width, height), [trace])
 
 
-def _side_by_side(panels: list[Panel]) -> Drawn:
+def _drawn(panels: list[Panel]) -> Drawn:
     """All panels in one figure, each to scale; a legend that names every kind of pixel once."""
     layout = plain_layout(
         margin={"l": 0, "r": 0, "t": 50, "b": 34},
@@ -164,13 +176,11 @@ def _side_by_side(panels: list[Panel]) -> Drawn:
         annotations=[],
     )
     traces, named = [], set()
-    width = (1 - GAP * (len(panels) - 1)) / len(panels)
-    for index, panel in enumerate(panels):
+    for index, (panel, (left, right)) in enumerate(zip(panels, side_by_side(len(panels), gap=GAP), strict=True)):
         number = str(index + 1) if index else ""
-        left = index * (width + GAP)
         x0, y0, x1, y1 = panel.box
         hidden = {"visible": False, "constrain": "domain"}
-        layout[f"xaxis{number}"] = {"range": [x0 - 0.5, x1 - 0.5], "domain": [left, left + width], **hidden}
+        layout[f"xaxis{number}"] = {"range": [x0 - 0.5, x1 - 0.5], "domain": [left, right], **hidden}
         layout[f"yaxis{number}"] = {
             "range": [y1 - 0.5, y0 - 0.5],
             "anchor": f"x{number}",
@@ -178,25 +188,15 @@ def _side_by_side(panels: list[Panel]) -> Drawn:
             "constraintoward": "top",
             **hidden,
         }
-        layout["annotations"].append(_title(panel, left + width / 2))
+        place = {"xref": "paper", "yref": "paper", "x": (left + right) / 2, "xanchor": "center", "y": 1}
+        layout["annotations"].append(note(f"<b>{panel.title}</b><br>{panel.note}", yanchor="bottom", **place))
         if panel.picture is not None:
             if index:
                 layout[f"xaxis{number}"]["matches"], layout[f"yaxis{number}"]["matches"] = "x", "y"
-            layout["images"].append(_picture(panel.picture, panel.box, number))
+            layout["images"].append(pixels_below(jpeg_uri(panel.picture), panel.box, axes=number))
         for trace in panel.traces:
             name = trace.get("name", "")
             shown = {"showlegend": bool(name) and name not in named, "legendgroup": name}
             traces.append(trace | shown | {"xaxis": f"x{number}", "yaxis": f"y{number}"})
             named.add(name)
     return traces, layout
-
-
-def _title(panel: Panel, middle: float) -> Part:
-    place = {"xref": "paper", "yref": "paper", "x": middle, "xanchor": "center", "y": 1, "yanchor": "bottom"}
-    return {"text": f"<b>{panel.title}</b><br>{panel.note}", "showarrow": False, **place}
-
-
-def _picture(picture: Image, box: Box, number: str) -> Part:
-    x0, y0, x1, y1 = box
-    place = {"x": x0 - 0.5, "y": y0 - 0.5, "sizex": x1 - x0, "sizey": y1 - y0, "sizing": "stretch", "layer": "below"}
-    return {"source": jpeg_uri(picture), "xref": f"x{number}", "yref": f"y{number}", **place}

@@ -5,8 +5,8 @@ import plotly.express as px
 import plotly.graph_objects as go
 
 from corsmal.figures.drawing import Drawing, Drawn
-from corsmal.figures.style import BEST, PENALTY, TOTAL, TRUTH, VIEW_COLOURS, Part, axis, plain_layout
-from corsmal.selection import BestFrame, FrameScore
+from corsmal.figures.style import BEST, PENALTY, TOTAL, VIEW_COLOURS, Part, axis, cursor_line, plain_layout, scatter
+from corsmal.selection import BestFrame
 
 
 @Drawing
@@ -21,44 +21,36 @@ def score_figure(best: BestFrame, *, frame: int | None = None) -> Drawn:
         A figure whose points' ``x`` is the frame index; frames without a container in both views leave a gap.
     """
     scores = best.scores
-    frames = [score.frame for score in scores]
-    traces = [
-        _line(
-            frames,
+    penalties = [-2 * sum(score.penalties) if score.total is not None else None for score in scores]
+    lines: list[tuple[str, list[int | None], Part]] = [
+        (
+            f"N, {view}",
             [score.mask_pixels[side] for score in scores],
-            name=f"N, {view}",
-            line={"color": VIEW_COLOURS[view], "width": 1.5},
-            marker={"size": 4},
+            {"line": {"color": VIEW_COLOURS[view], "width": 1.5}, "marker": {"size": 4}},
         )
         for side, view in enumerate(best.pair)
     ]
-    penalties = [-2 * sum(score.penalties) if score.total is not None else None for score in scores]
-    traces += [
-        _line(
-            frames,
-            penalties,
-            name="penalties, twice both views' TP",
-            line={"color": PENALTY, "width": 1},
-            mode="lines",
-            fill="tozeroy",
-        ),
-        _line(
-            frames,
-            [score.total for score in scores],
-            name="score of the pair",
-            line={"color": TOTAL, "width": 3},
-            marker={"size": 6},
-        ),
+    under = {"line": {"color": PENALTY, "width": 1}, "mode": "lines", "fill": "tozeroy"}
+    lines.append(("penalties, twice both views' TP", penalties, under))
+    totals = [score.total for score in scores]
+    lines.append(("score of the pair", totals, {"line": {"color": TOTAL, "width": 3}, "marker": {"size": 6}}))
+    frames = [score.frame for score in scores]
+    traces = [
+        scatter(frames, pixels, mode="lines+markers", hovertemplate="%{y:,} px", name=name) | look
+        for name, pixels, look in lines
     ]
     if best.score is not None:
-        traces.append(_star(best.score))
+        star = {"color": BEST, "size": 16, "symbol": "star"}
+        name = f"best frame: {best.score.frame}"
+        x, y = [best.score.frame], [best.score.total]
+        traces.append(scatter(x, y, mode="markers", name=name, marker=star, hoverinfo="skip"))
     layout = plain_layout(
         hovermode="x unified",
         xaxis=axis("frame", rangemode="tozero"),
         yaxis=axis("pixels", zeroline=True),
     )
     if frame is not None:
-        layout["shapes"] = [_cursor(frame)]
+        layout["shapes"] = [cursor_line(frame, yref="y domain")]
     return traces, layout
 
 
@@ -82,25 +74,3 @@ def score_error_figure(table: pd.DataFrame) -> go.Figure:
         labels={"score": "score of the pair (pixels)", "error_pct": "mean error of the four quantities (%)"},
     )
     return figure.update_layout(plain_layout(legend={"title": {"text": ""}}))
-
-
-def _line(frames: list[int], pixels: list[int | None], **changes: object) -> Part:
-    look = {"mode": "lines+markers", "hovertemplate": "%{y:,} px"}
-    return {"type": "scatter", "x": frames, "y": pixels, **look, **changes}
-
-
-def _cursor(frame: int) -> Part:
-    ends = {"x0": frame, "x1": frame, "yref": "y domain", "y0": 0, "y1": 1}
-    return {"type": "line", **ends, "line": {"color": TRUTH, "width": 2, "dash": "dot"}}
-
-
-def _star(score: FrameScore) -> Part:
-    return {
-        "type": "scatter",
-        "x": [score.frame],
-        "y": [score.total],
-        "name": f"best frame: {score.frame}",
-        "mode": "markers",
-        "marker": {"color": BEST, "size": 16, "symbol": "star"},
-        "hoverinfo": "skip",
-    }

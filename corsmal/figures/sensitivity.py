@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.figures.drawing import Drawing, Drawn
-from corsmal.figures.style import CONTAINER, INPUT_COLOURS, TRUTH, Part, axis, plain_layout
+from corsmal.figures.style import CONTAINER, INPUT_COLOURS, TRUTH, Part, axis, plain_layout, scatter
 
 Floats = NDArray[np.float64]
 
@@ -36,44 +36,24 @@ def sensitivity_figure(
         yaxis=axis("container mass (g)", rangemode="tozero"),
     )
     if masses_g:
-        traces.append(_now(next(iter(masses_g.values()))[np.abs(percent).argmin()]))
+        mass_g = float(next(iter(masses_g.values()))[np.abs(percent).argmin()])
+        point = {"color": CONTAINER, "size": 13, "line": {"color": "#FFFFFF", "width": 2}}
+        shown = "now: %{y:.1f} g<extra></extra>"
+        traces.append(scatter([0.0], [mass_g], mode="markers", name="now", marker=point, hovertemplate=shown))
     if true_g is not None:
-        traces.append(_truth(percent, true_g))
+        ends, line = [percent.min(), percent.max()], {"color": TRUTH, "width": 2, "dash": "dash"}
+        name = f"true mass: {true_g:g} g"
+        traces.append(scatter(ends, [true_g, true_g], mode="lines", name=name, line=line, hoverinfo="name"))
     return traces, layout
 
 
 def _line(percent: Floats, name: str, masses_g: Floats, value: float, colour: str) -> Part:
-    return {
-        "type": "scatter",
-        "x": percent,
-        "y": masses_g,
-        "customdata": value * (1 + percent / 100),
-        "mode": "lines",
-        "name": f"{name} (+10 %: {np.interp(10, percent, masses_g) - np.interp(0, percent, masses_g):+.1f} g)",
-        "line": {"color": colour, "width": 3},
-        "hovertemplate": f"{name}: %{{customdata:.1f}}<br>%{{y:.1f}} g<extra></extra>",
-    }
-
-
-def _now(mass_g: float) -> Part:
-    return {
-        "type": "scatter",
-        "x": [0.0],
-        "y": [float(mass_g)],
-        "mode": "markers",
-        "name": "now",
-        "marker": {"color": CONTAINER, "size": 13, "line": {"color": "#FFFFFF", "width": 2}},
-        "hovertemplate": "now: %{y:.1f} g<extra></extra>",
-    }
-
-
-def _truth(percent: Floats, true_g: float) -> Part:
-    return {
-        "type": "scatter",
-        "x": [percent.min(), percent.max()],
-        "y": [true_g, true_g],
-        "mode": "lines",
-        "name": f"true mass: {true_g:g} g",
-        "line": {"color": TRUTH, "width": 2, "dash": "dash"},
-        "hoverinfo": "name",
-    }
+    return scatter(
+        percent,
+        masses_g,
+        mode="lines",
+        customdata=value * (1 + percent / 100),
+        name=f"{name} (+10 %: {np.interp(10, percent, masses_g) - np.interp(0, percent, masses_g):+.1f} g)",
+        line={"color": colour, "width": 3},
+        hovertemplate=f"{name}: %{{customdata:.1f}}<br>%{{y:.1f}} g<extra></extra>",
+    )

@@ -1,4 +1,4 @@
-"""One colour for one thing, on every page and in both themes.
+"""One colour for one thing, on every page and in both themes, and the traces that figures are made of.
 
 Figures are plain mappings in Plotly's own terms, see ``corsmal.figures.drawing``.
 """
@@ -62,3 +62,42 @@ def plain_layout(**changes: object) -> Part:
 def axis(title: str, **changes: object) -> Part:
     """An axis with a title."""
     return {"title": {"text": title}, **changes}
+
+
+def scatter(x: Any, y: Any, *, mode: str, **look: object) -> Part:
+    """A trace of markers, lines or text."""
+    return {"type": "scatter", "mode": mode, "x": x, "y": y, **look}
+
+
+def bars(lengths: Any, rows: Any, **look: object) -> Part:
+    """A trace of horizontal bars."""
+    return {"type": "bar", "orientation": "h", "x": lengths, "y": rows, **look}
+
+
+def heatmap(values: Any, *, colours: list[list[Any]], **look: object) -> Part:
+    """A trace of coloured cells, without a colour bar."""
+    return {"type": "heatmap", "z": values, "colorscale": colours, "showscale": False, **look}
+
+
+def note(text: str, **place: object) -> Part:
+    """An annotation without an arrow."""
+    return {"text": text, "showarrow": False, **place}
+
+
+def cursor_line(x: float, *, yref: str) -> Part:
+    """A dotted line across the plot that marks a place on its x axis."""
+    ends = {"x0": x, "x1": x, "yref": yref, "y0": 0, "y1": 1}
+    return {"type": "line", **ends, "line": {"color": TRUTH, "width": 2, "dash": "dot"}}
+
+
+def pixels_below(source: str, box: tuple[int, int, int, int], *, axes: str = "") -> Part:
+    """A picture below the traces, whose pixels (x0, y0, x1, y1), ends excluded, lie at their places on the axes."""
+    x0, y0, x1, y1 = box
+    place = {"x": x0 - 0.5, "y": y0 - 0.5, "sizex": x1 - x0, "sizey": y1 - y0, "sizing": "stretch", "layer": "below"}
+    return {"source": source, "xref": f"x{axes}", "yref": f"y{axes}", **place}
+
+
+def side_by_side(count: int, *, gap: float) -> list[tuple[float, float]]:
+    """Where panels of equal width begin and end, as shares of the figure's width."""
+    width = (1 - gap * (count - 1)) / max(1, count)
+    return [(number * (width + gap), number * (width + gap) + width) for number in range(count)]

@@ -7,7 +7,7 @@ import numpy as np
 from corsmal.figures.answer import HEAD_COLOURS
 from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.sound import SoundPicture, band_of
-from corsmal.figures.style import ATTENTION, SOUND, TRUTH, Part, axis, plain_layout
+from corsmal.figures.style import ATTENTION, SOUND, TRUTH, Part, axis, cursor_line, note, plain_layout, scatter
 from corsmal.figures.windows import length_s, times_s, window_areas, window_labels
 from corsmal.filling import FillingPrediction
 
@@ -85,7 +85,7 @@ def timeline_figure(
         hoversubplots="axis",
         xaxis=axis("time (s)", range=limits_s, anchor=ids[names[-1]], showgrid=False, zeroline=False),
         images=[_log_mel(picture, yaxis=ids["log-mel"])],
-        shapes=[*_lane(picture, height_px), *([] if cursor is None else [_line(cursor[0])])],
+        shapes=[*_lane(picture, height_px), *([] if cursor is None else [cursor_line(cursor[0], yref="paper")])],
         annotations=[
             *(_caption(captions[name], domains[name][1]) for name in names),
             *_lane_texts(picture, height_px),
@@ -125,23 +125,17 @@ def _axis(name: str, picture: SoundPicture) -> Part:
 
 
 def _waveform(picture: SoundPicture) -> list[Part]:
-    look = {"type": "scatter", "mode": "lines", "x": picture.times_s, "line": {"color": SOUND, "width": 1}}
-    return [
-        {**look, "y": picture.low, "hoverinfo": "skip"},
-        {
-            **look,
-            "y": picture.high,
-            "fill": "tonexty",
-            "fillcolor": SOUND,
-            "hovertemplate": "peak %{y:.3f} of full",
-            "name": "",
-        },
-    ]
+    low, high = (
+        scatter(picture.times_s, ends, mode="lines", line={"color": SOUND, "width": 1})
+        for ends in (picture.low, picture.high)
+    )
+    filled = {"fill": "tonexty", "fillcolor": SOUND, "hovertemplate": "peak %{y:.3f} of full", "name": ""}
+    return [low | {"hoverinfo": "skip"}, high | filled]
 
 
 def _anchor(yaxis: str) -> Part:
     """Plotly draws no axis that has an image but no trace."""
-    return {"type": "scatter", "x": [0], "y": [0], "yaxis": yaxis, "opacity": 0, "hoverinfo": "skip"}
+    return scatter([0], [0], mode="markers", yaxis=yaxis, opacity=0, hoverinfo="skip")
 
 
 def _log_mel(picture: SoundPicture, *, yaxis: str) -> Part:
@@ -153,17 +147,16 @@ def _log_mel(picture: SoundPicture, *, yaxis: str) -> Part:
 def _attention(prediction: FillingPrediction, *, yaxis: str) -> Part:
     times = times_s(prediction)
     relative = np.asarray(prediction.attention) * len(times)
-    return {
-        "type": "scatter",
-        "x": times.astype(np.float32),
-        "y": relative.astype(np.float32),
-        "yaxis": yaxis,
-        "mode": "lines",
-        "line": {"color": ATTENTION, "width": 1.5, "shape": "hvh"},
-        "fill": "tozeroy",
-        "name": "",
-        "hovertemplate": "attention %{y:.2f}",
-    }
+    return scatter(
+        times.astype(np.float32),
+        relative.astype(np.float32),
+        mode="lines",
+        yaxis=yaxis,
+        line={"color": ATTENTION, "width": 1.5, "shape": "hvh"},
+        fill="tozeroy",
+        name="",
+        hovertemplate="attention %{y:.2f}",
+    )
 
 
 def _lane(picture: SoundPicture, height_px: int) -> list[Part]:
@@ -187,29 +180,19 @@ def _lane(picture: SoundPicture, height_px: int) -> list[Part]:
 
 def _lane_texts(picture: SoundPicture, height_px: int) -> list[Part]:
     middle = 1 - (LANE_PX + BAR_PX) / 2 / _inner_px(height_px)
-    return [
-        _text(text, x=(low + high) / 2 * picture.duration_s, y=middle, size=11, yanchor="middle", opacity=0.75)
-        for low, high, text in TRAINING_CROPS
-    ]
+    look = {"y": middle, "yref": "paper", "yanchor": "middle", "opacity": 0.75, "font": {"size": 11}}
+    return [note(text, x=(low + high) / 2 * picture.duration_s, **look) for low, high, text in TRAINING_CROPS]
 
 
 def _inner_px(height_px: int) -> int:
     return height_px - MARGIN_PX["t"] - MARGIN_PX["b"]
 
 
-def _line(time_s: float) -> Part:
-    ends = {"x0": time_s, "x1": time_s, "yref": "paper", "y0": 0, "y1": 1}
-    return {"type": "line", **ends, "line": {"color": TRUTH, "width": 2, "dash": "dot"}}
-
-
 def _cursor_text(time_s: float, text: str) -> Part:
-    return _text(text, x=time_s, y=1, size=11, yanchor="bottom", font_colour=TRUTH)
+    font = {"size": 11, "color": TRUTH}
+    return note(text, x=time_s, y=1, yref="paper", yanchor="bottom", font=font)
 
 
 def _caption(text: str, top: float) -> Part:
-    return _text(text, x=0, y=top, size=12, xref="x domain", xanchor="left", yanchor="bottom", xshift=8)
-
-
-def _text(text: str, *, size: int, font_colour: str | None = None, **place: object) -> Part:
-    font = {"size": size} | ({"color": font_colour} if font_colour else {})
-    return {"text": text, "showarrow": False, "yref": "paper", "font": font, **place}
+    place = {"xref": "x domain", "x": 0, "xanchor": "left", "xshift": 8, "yref": "paper", "y": top}
+    return note(text, yanchor="bottom", font={"size": 12}, **place)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.figures.answer import HEAD_COLOURS, Head
-from corsmal.figures.style import Part, text_on
+from corsmal.figures.style import Part, note, scatter, text_on
 from corsmal.filling import FillingPrediction
 
 LABEL_MIN, LABEL_WIDTH = 0.5, 0.06
@@ -17,18 +17,17 @@ def window_areas(windows: Sequence[FillingPrediction], *, head: Head, yaxis: str
     """Stacked areas, one per class, that together are 100 %; at least one window."""
     times, shares = _shares(windows, head)
     return [
-        {
-            "type": "scatter",
-            "x": times.astype(np.float32),
-            "y": (100 * shares[:, index]).astype(np.float32),
-            "yaxis": yaxis,
-            "stackgroup": head,
-            "mode": "lines",
-            "line": {"color": colour, "width": 0},
-            "fillcolor": colour,
-            "name": name,
-            "hovertemplate": "%{y:.0f} %",
-        }
+        scatter(
+            times.astype(np.float32),
+            (100 * shares[:, index]).astype(np.float32),
+            mode="lines",
+            yaxis=yaxis,
+            stackgroup=head,
+            line={"color": colour, "width": 0},
+            fillcolor=colour,
+            name=name,
+            hovertemplate="%{y:.0f} %",
+        )
         for index, (name, colour) in enumerate(HEAD_COLOURS[head].items())
     ]
 
@@ -44,7 +43,7 @@ def window_labels(windows: Sequence[FillingPrediction], *, head: Head, yaxis: st
             middle = (start + end - 1) // 2
             place = {"x": float(times[middle]), "y": float(100 * below[middle, index])}
             font = {"color": text_on(colour), "size": 12}
-            texts.append({"text": name, "yref": yaxis, "showarrow": False, "font": font, **place})
+            texts.append(note(name, yref=yaxis, font=font, **place))
     return texts
 
 
