@@ -1,4 +1,4 @@
-"""The recordings' sound: eight microphones in one WAV file."""
+"""The recordings' sound: eight microphones in one file, WAV or FLAC."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,7 +43,7 @@ def read_audio(path: str | Path, *, end_s: float | None = None, channels: Channe
     """Read a sound file.
 
     Args:
-        path: a WAV file of eight channels, at any sampling rate.
+        path: a WAV or FLAC file of eight channels, at any sampling rate.
         end_s: where to cut, in seconds from the start; None reads to the end.
         channels: how another number of channels is made eight; default: not at all.
 

@@ -87,7 +87,7 @@ class Recording:
     Args:
         id: the recording's name, six digits in the published sets.
         views: the views that have a video, by name.
-        audio_path: the sound, where there is one.
+        audio_path: the sound, WAV or else FLAC, where there is one.
         annotation: what is known about it, where anything is.
         missing: what it lacks, such as ``view2 video`` or ``audio``. A calibration lacks only where its video exists.
         truth_path: what was drawn and played, see ``corsmal.dataset.truth``; None where the recording is not synthetic.
@@ -186,7 +186,8 @@ def scan(root: Path) -> Layout:
     for view in VIEWS:
         for part, suffix in (("rgb", ".mp4"), ("calib", ".pickle"), ("detections", ".json")):
             found[part][view] = _files_by_id(root / view / part, suffix)
-    sounds, truths = _files_by_id(root / "audio", ".wav"), _files_by_id(root / "truth", ".json")
+    sounds = _files_by_id(root / "audio", ".flac") | _files_by_id(root / "audio", ".wav")
+    truths = _files_by_id(root / "truth", ".json")
     return Layout(found["rgb"], found["calib"], found["detections"], sounds, truths, tuple(sorted(_names(root))))
 
 
