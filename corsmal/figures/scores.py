@@ -1,7 +1,6 @@
 """The score of every frame of a pair of views, with its parts."""
 
 import pandas as pd
-import plotly.express as px
 import plotly.graph_objects as go
 
 from corsmal.figures.drawing import Drawing, Drawn
@@ -64,6 +63,8 @@ def score_error_figure(table: pd.DataFrame) -> go.Figure:
     Returns:
         One point per frame, coloured by container.
     """
+    import plotly.express as px  # noqa: PLC0415 - takes long to import, and no page draws this
+
     figure = px.scatter(
         table,
         x="score",

@@ -1,10 +1,8 @@
 """Fitting a solid of revolution to the container's masks (paper 3.2, after LoDE)."""
 
-import math
 from collections.abc import Sequence
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -74,7 +72,9 @@ def fit_hull(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: Shape
     radii_mm = np.linspace(parameters.radius_max_mm, parameters.radius_min_mm, parameters.radii)
     projections = np.array([camera.projection for camera in cameras])
     axis = np.column_stack([np.tile(centroid_m[:2], (len(heights_m), 1)), heights_m, np.ones(len(heights_m))])
-    first = _first_fitting_radius(
+    from corsmal.shape.kernels import first_fitting_radius  # noqa: PLC0415 - Numba takes long to import
+
+    first = first_fitting_radius(
         tuple(np.ascontiguousarray(crop) for crop in crops),
         corners.astype(np.int64),
         axis @ projections.transpose(0, 2, 1),
@@ -153,56 +153,3 @@ def on_mask(mask: Mask, pixels: Floats) -> NDArray[np.bool_]:
     inside: NDArray[np.bool_] = np.all((rounded >= 0) & (rounded < mask.shape[::-1]), axis=1)
     column, row = np.where(inside[:, None], rounded, 0).astype(np.intp).T
     return inside & mask[row, column]
-
-
-@numba.njit(nogil=True, cache=True)
-def _first_fitting_radius(  # type: ignore[no-untyped-def]  # noqa: PLR0917 - compiled code takes no keywords
-    masks, corners, hubs, spokes, radii_m, all_views
-):  # pragma: no cover - compiled
-    """Index of the first radius whose circumference fits, per height; ``len(radii_m)`` where none does.
-
-    Args: masks V cropped (h, w) bool; corners (V, 2) the crops' top-left pixels; hubs (V, L, 3) the projected centres
-    and spokes (V, N, 3) the projected unit radii, homogeneous pixels; radii_m (R,); all_views: whether every view must
-    agree, or one is enough.
-
-    A circumference that does not fit mostly fails where its larger neighbour failed, so that point is tried first: one
-    look-up then settles most of them. The answer is the same in any order.
-    """
-    n_views, n_heights, n_radii = len(masks), hubs.shape[1], len(radii_m)
-    needed = n_views if all_views else 1
-    first = np.full(n_heights, n_radii)
-    suspects = np.zeros(n_views, dtype=np.int64)
-    for h in range(n_heights):
-        for r in range(n_radii):
-            fitting = 0
-            for v in range(n_views):
-                outside = _point_outside(masks[v], corners[v], hubs[v, h], spokes[v], radii_m[r], suspects[v])
-                if outside < 0:
-                    fitting += 1
-                else:
-                    suspects[v] = outside
-            if fitting >= needed:
-                first[h] = r
-                break
-    return first
-
-
-@numba.njit(nogil=True, cache=True)
-def _point_outside(  # type: ignore[no-untyped-def]  # noqa: PLR0917 - compiled code takes no keywords
-    mask, corner, hub, spokes, radius_m, suspect
-):  # pragma: no cover - compiled
-    """Index of a point of one circumference that is off the mask, -1 where all are on it; ``suspect`` is tried first.
-
-    Args: mask (h, w) bool; corner (2,) its top-left pixel; hub (3,) the projected centre; spokes (N, 3) the projected
-    unit radii; all in homogeneous pixels.
-    """
-    for k in range(len(spokes)):
-        p = (suspect + k) % len(spokes)
-        depth = hub[2] + radius_m * spokes[p, 2]
-        if depth <= 0:
-            return p
-        column = math.floor((hub[0] + radius_m * spokes[p, 0]) / depth + 0.5) - corner[0]
-        row = math.floor((hub[1] + radius_m * spokes[p, 1]) / depth + 0.5) - corner[1]
-        if row < 0 or column < 0 or row >= mask.shape[0] or column >= mask.shape[1] or not mask[row, column]:
-            return p
-    return -1
