@@ -46,6 +46,6 @@ def demo(
             training=training,
             frame_step=frame_step,
             size=(width, width * 9 // 16),
-            progress=lambda state: progress(state.done, state.total),
+            progress=lambda state: progress(state.fraction * state.total, state.total),
             workers=workers,
         )

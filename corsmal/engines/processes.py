@@ -78,7 +78,7 @@ class Processes:
         task: Callable[[Item], Row],
         recordings: Sequence[Item],
         *,
-        awaited: int | None = None,
+        gives_way: bool = False,
         cancelled: Callable[[], bool] = never,
     ) -> Generator[Outcome]:
         """Yield an outcome for each recording as soon as there is one.
@@ -86,8 +86,7 @@ class Processes:
         Args:
             task: what is done with each; it must be importable in another process.
             recordings: the recordings, or anything else that can be pickled.
-            awaited: how many of them, counted from the first, somebody waits for; the others give way to other
-                programs. None: all.
+            gives_way: whether the workers let other programs go first, see ``GIVING_WAY``.
             cancelled: checked ten times a second; true drops unfinished work and ends the iterator.
 
         Raises:
@@ -100,19 +99,21 @@ class Processes:
         count = min(self.count, len(recordings))
         try:
             workers += [self._worker(count) for _ in range(count - len(workers))]
+            for worker in workers if gives_way else ():
+                worker.give_way()
             while waiting or set(doing.values()) - {_AHEAD}:
                 if cancelled():
                     return
                 for worker in workers:
                     if waiting and worker not in doing:
                         index = doing[worker] = waiting.popleft()
-                        if awaited is not None and index >= awaited:
-                            worker.give_way()
                         worker.give(task, index, recordings[index])
                 for worker in _answering(doing, None if cancelled is never else POLL_S):
                     index, outcome = doing.pop(worker), worker.answer()
                     if outcome is None:
-                        workers[workers.index(worker)] = self._worker(count)
+                        replacement = workers[workers.index(worker)] = self._worker(count)
+                        if gives_way:
+                            replacement.give_way()
                         deaths[index] += 1
                         if index != _AHEAD and deaths[index] < ATTEMPTS_MAX:
                             waiting.append(index)
@@ -122,11 +123,6 @@ class Processes:
                         yield outcome
         finally:
             _end(workers, doing)
-
-    def stop(self) -> None:
-        """End the processes that were started ahead and have got no work yet."""
-        _end(self._ahead, self._ahead)
-        self._ahead.clear()
 
     def _worker(self, count: int) -> "_Worker":
         threads = dict.fromkeys(THREADS, str(max(1, cores() // count)))

@@ -5,4 +5,3 @@ from .training.frames import DetectorTraining as DetectorTraining
 from .writing.dataset import DemoProgress as DemoProgress
 from .writing.dataset import write_demo as write_demo
 from .writing.parts import ANNOTATION_FILE as ANNOTATION_FILE
-from .writing.pieces import start_processes as start_processes

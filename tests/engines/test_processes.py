@@ -55,10 +55,11 @@ def test_a_process_that_dies_before_its_work_is_replaced(dataset):
     assert [outcome.row["status"] for outcome in engine(Faulty(), list(dataset))] == ["done"] * 3
 
 
-def test_work_gives_way_once_nobody_waits_for_it(tmp_path):
-    outcomes = Processes(1)(process_of, [tmp_path] * 3, awaited=2)
+def test_work_gives_way_where_it_is_to(tmp_path):
     mine = os.getpriority(os.PRIO_PROCESS, 0)
-    assert [outcome.row["niceness"] for outcome in outcomes] == [mine, mine, max(mine, GIVING_WAY)]
+    for gives_way, expected in ((False, mine), (True, max(mine, GIVING_WAY))):
+        outcomes = Processes(1)(process_of, [tmp_path] * 2, gives_way=gives_way)
+        assert [outcome.row["niceness"] for outcome in outcomes] == [expected, expected]
 
 
 def test_all_processes_together_use_the_cores_once(tmp_path, monkeypatch):

@@ -8,11 +8,10 @@ import pytest
 from corsmal.dataset import open_dataset
 from corsmal.dataset.calibration import read_camera
 from corsmal.dataset.truth import read_truth
-from corsmal.errors import ArgumentError, CorsmalError, FileError
+from corsmal.errors import ArgumentError, CorsmalError, FileError, NotFoundError
 from corsmal.stages import true_masks
 from corsmal.synthetic.writing import recording as recording_files
 from corsmal.synthetic.writing.dataset import write_demo
-from corsmal.synthetic.writing.pieces import start_processes
 from corsmal.synthetic.writing.plan import plan_recordings
 
 SMALL = {"containers": (9, 2), "recordings_per_container": 1, "size": (64, 36), "workers": 0}
@@ -143,14 +142,46 @@ def test_arguments_that_cannot_be_are_refused(arguments, tmp_path):
         write_demo(tmp_path, **SMALL | arguments)
 
 
-def test_processes_started_ahead_make_the_same(tmp_path, demo_root):
-    processes = start_processes(tmp_path, count=2)
+def test_processes_make_the_same_and_tell_how_long_the_rest_takes(tmp_path, demo_root):
     told = []
-    assert write_demo(tmp_path, **SMALL, progress=told.append, processes=processes) == ("000000", "000001")
+    assert write_demo(tmp_path, **SMALL | {"workers": 2}, progress=told.append) == ("000000", "000001")
     assert snapshot(tmp_path) == snapshot(demo_root)
     fractions = [progress.fraction for progress in told]
     assert fractions == sorted(fractions)
     assert (told[-1].done, fractions[0], fractions[-1]) == (2, 0, 1)
+    assert [progress.left_s for progress in told[:2]] == [None, None]
+    assert all(progress.left_s > 0 for progress in told[2:-1])
+    assert told[-1].left_s == 0
+
+
+def test_only_the_recordings_that_are_named_are_made(tmp_path, demo_root):
+    assert write_demo(tmp_path, **SMALL, ids=["000001"]) == ("000001",)
+    made, expected = snapshot(tmp_path), snapshot(demo_root)
+    assert made["view1/rgb/000001.mp4"] == expected["view1/rgb/000001.mp4"]
+    assert not any("000000" in name for name in made)
+    with pytest.raises(NotFoundError, match="the demo has no recording '000007': it has 2, 000000 to 000001"):
+        write_demo(tmp_path, **SMALL, ids=["000007"])
+    assert write_demo(tmp_path, **SMALL) == ("000000", "000001")
+    assert snapshot(tmp_path) == expected
+
+
+def test_a_compact_recording_takes_less_room_and_sounds_the_same(tmp_path, demo_root):
+    write_demo(tmp_path, **SMALL, ids=["000001"], compact=True)
+    plain, compact = open_dataset(demo_root)["000001"], open_dataset(tmp_path)["000001"]
+    assert compact.missing == ()
+    assert compact.audio_path.suffix == ".flac"
+    assert compact.audio_path.stat().st_size < plain.audio_path.stat().st_size / 2
+    np.testing.assert_allclose(compact.audio().samples, plain.audio().samples, atol=1.01 / 2**15)  # rounded otherwise
+    path = compact.views["view3"].video_path
+    assert path.stat().st_size < plain.views["view3"].video_path.stat().st_size
+    with compact.views["view3"].video() as video, plain.views["view3"].video() as expected:
+        assert len(video) == len(expected)
+        assert np.abs(video[50].astype(float) - expected[50]).mean() < 5
+    assert snapshot(tmp_path / "truth" / "visible") == {
+        name: content for name, content in snapshot(demo_root / "truth" / "visible").items() if "000001" in name
+    }
+    with pytest.raises(FileError, match="made with other settings"):
+        write_demo(tmp_path, **SMALL)
 
 
 def test_a_piece_that_cannot_be_made_ends_the_call(tmp_path):

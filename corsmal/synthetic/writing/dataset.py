@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from corsmal.engines.engine import in_turn, never
-from corsmal.engines.processes import Processes
-from corsmal.errors import ArgumentError, CorsmalError, FileError
+from corsmal.errors import ArgumentError, CorsmalError, FileError, NotFoundError
 from corsmal.synthetic.scene.cameras import DEMO_SIZE
+from corsmal.synthetic.writing.pace import Pace
 from corsmal.synthetic.writing.parts import ANNOTATION_FILE, PARTS, STAGING, part_files, writing
 from corsmal.synthetic.writing.pieces import Piece, WritePiece, start_processes
 from corsmal.synthetic.writing.plan import PlannedRecording, annotation_of, plan_recordings
@@ -20,8 +20,6 @@ FORMAT = 1
 """Raised when the same settings give other recordings than before."""
 
 SETTINGS_FILE = Path("truth", "demo.json")
-FIRST_SPLIT = (("view3",), ("sound",), ("view1",), ("view2",))
-"""Who waits for the first recording waits for all of it: several processes share it."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +30,13 @@ class DemoProgress:
         done: recordings that are complete.
         total: recordings there will be.
         fraction: share of the work that is done, 0..1.
+        left_s: how long the rest will take at the pace so far; None before there is a pace.
     """
 
     done: int
     total: int
     fraction: float
+    left_s: float | None = None
 
 
 def write_demo(
@@ -45,38 +45,40 @@ def write_demo(
     seed: int = 0,
     recordings_per_container: int = 2,
     containers: Sequence[int] | None = None,
+    ids: Sequence[str] | None = None,
     training: bool = False,
     size: tuple[int, int] = DEMO_SIZE,
     frame_step: int = 1,
+    compact: bool = False,
     progress: Callable[[DemoProgress], None] | None = None,
     cancelled: Callable[[], bool] = never,
     workers: int | None = None,
-    processes: Processes | None = None,
 ) -> tuple[str, ...]:
     """Make a synthetic dataset, or finish one.
 
-    Recordings appear whole, the first one first; the annotation lists those that are there. What a stopped call left
-    is kept, and a call for a complete dataset returns at once.
+    Recordings appear whole; the annotation lists those that are there. What a stopped call left is kept, and a call for
+    a complete dataset returns at once. The processes give way to other programs.
 
     Args:
         root: its folder, made when it is not there.
         seed: the same seed gives the same recordings.
         recordings_per_container: at least 1.
         containers: numbers of the containers, 1 to 15; default: all, for training the nine of the real training set.
+        ids: of those recordings that are wanted; default: all.
         training: make recordings to train networks on: looks, lights and cameras of a wider range, none the demo's.
         size: (width, height) of the videos in pixels, in the proportions 16 to 9.
         frame_step: keep every n-th frame of the videos, which then have fewer per second; the sound stays whole.
+        compact: compress the videos well, and the sound without loss (FLAC), which takes time.
         progress: called in this thread after each piece of work.
         cancelled: called often; when it returns true, unfinished work is dropped and the call returns.
         workers: processes; None for one per core, at most four; 0 makes everything in this process.
-        processes: from ``start_processes``, which do the work instead.
 
     Returns:
         Ids of the recordings that are complete.
 
     Raises:
         ArgumentError: a number is out of its range.
-        NotFoundError: there is no such container.
+        NotFoundError: there is no such container or recording.
         CorsmalError: a file cannot be written, the folder holds something else, or processes cannot be started.
     """
     root = Path(root)
@@ -97,15 +99,16 @@ def write_demo(
     # a complete dataset of an earlier version, which knew nothing of these, stays what it is
     settings |= {"training": training} if training else {}
     settings |= {"frame_step": frame_step} if frame_step > 1 else {}
+    settings |= {"compact": compact} if compact else {}
+    wanted = _wanted(plan, ids)
     _claim(root, settings)
-    making = _Making(root, plan, frame_step, progress or (lambda _progress: None))
-    task = WritePiece(root / STAGING, size, frame_step)
-    if processes is None and workers != 0 and making.pieces:
-        processes = start_processes(root, count=workers)
-    if processes is None:
+    making = _Making(root, wanted, frame_step, compact, progress or (lambda _progress: None))
+    task = WritePiece(root / STAGING, size, frame_step, compact)
+    if workers == 0 or not making.pieces:
         outcomes = in_turn(task, making.pieces, cancelled=cancelled)
     else:
-        outcomes = processes(task, making.pieces, awaited=making.awaited, cancelled=cancelled)
+        processes = start_processes(root, count=workers)
+        outcomes = processes(task, making.pieces, gives_way=True, cancelled=cancelled)
     with closing(outcomes):
         for outcome in outcomes:
             if outcome.problem:
@@ -122,19 +125,14 @@ class _Making:
         root: Path,
         plan: Sequence[PlannedRecording],
         frame_step: int,
+        compact: bool,
         progress: Callable[[DemoProgress], None],
     ) -> None:
-        self._root, self._frame_step, self._progress = root, frame_step, progress
+        self._root, self._frame_step, self._compact, self._progress = root, frame_step, compact, progress
         self._staging, self._total = root / STAGING, len(plan)
         self._complete: dict[str, dict[str, float]] = {}
-        self.pieces = [
-            Piece(planned, absent)
-            for index, planned in enumerate(plan)
-            for parts in (FIRST_SPLIT if index == 0 else (PARTS,))
-            if (absent := self._absent(planned, parts))
-        ]
-        self.awaited = sum(piece.planned is plan[0] for piece in self.pieces)
-        self._parts_left = sum(len(piece.parts) for piece in self.pieces)
+        self.pieces = [Piece(planned, part) for planned in plan for part in PARTS if self._is_absent(planned, part)]
+        self._pace = Pace(len(plan), [piece.part for piece in self.pieces])
         self._finish(plan)
 
     @property
@@ -144,14 +142,14 @@ class _Making:
 
     def note(self, piece: Piece) -> None:
         """A piece was made."""
-        self._parts_left -= len(piece.parts)
+        self._pace.note(piece.part)
         self._finish([piece.planned])
 
     def _finish(self, candidates: Sequence[PlannedRecording]) -> None:
         """Put the recordings that are whole where they belong, and tell how far the work is."""
-        finished = [planned for planned in candidates if not self._absent(planned, PARTS)]
+        finished = [planned for planned in candidates if not any(self._is_absent(planned, part) for part in PARTS)]
         for planned in finished:
-            for file in (file for part in PARTS for file in part_files(planned.recording_id, part)):
+            for file in (file for part in PARTS for file in self._files(planned, part)):
                 self._publish(file)
             self._complete[planned.recording_id] = planned.annotation(frame_step=self._frame_step)
         if finished:
@@ -160,17 +158,15 @@ class _Making:
                 path.write_text(json.dumps(annotation_of(rows)), encoding="utf-8")
         if len(self._complete) == self._total:
             shutil.rmtree(self._staging, ignore_errors=True)
-        fraction = 1 - self._parts_left / (len(PARTS) * self._total)
-        self._progress(DemoProgress(len(self._complete), self._total, fraction))
+        self._progress(DemoProgress(len(self._complete), self._total, self._pace.fraction, self._pace.left_s))
 
-    def _absent(self, planned: PlannedRecording, parts: Sequence[str]) -> tuple[str, ...]:
-        """The parts that are neither in place nor waiting to be put there."""
-        name, folders = planned.recording_id, (self._root, self._staging)
-        return tuple(
-            part
-            for part in parts
-            if not all(any((folder / file).is_file() for folder in folders) for file in part_files(name, part))
-        )
+    def _files(self, planned: PlannedRecording, part: str) -> tuple[Path, ...]:
+        return part_files(planned.recording_id, part, compact=self._compact)
+
+    def _is_absent(self, planned: PlannedRecording, part: str) -> bool:
+        """Whether a part is neither in place nor waiting to be put there."""
+        folders = self._root, self._staging
+        return not all(any((folder / file).is_file() for folder in folders) for file in self._files(planned, part))
 
     def _publish(self, file: Path) -> None:
         path = self._root / file
@@ -182,6 +178,15 @@ class _Making:
             pass  # another process that makes the same dataset was faster
         except OSError as error:
             raise FileError(path, f"cannot be written ({error.strerror}); choose another folder") from error
+
+
+def _wanted(plan: Sequence[PlannedRecording], ids: Sequence[str] | None) -> list[PlannedRecording]:
+    absent = sorted(set(ids or ()) - {planned.recording_id for planned in plan})
+    if absent:
+        raise NotFoundError(
+            f"the demo has no recording {absent[0]!r}: it has {len(plan)}, 000000 to {plan[-1].recording_id}"
+        )
+    return [planned for planned in plan if ids is None or planned.recording_id in ids]
 
 
 def _claim(root: Path, settings: dict[str, object]) -> None:

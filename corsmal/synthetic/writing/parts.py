@@ -20,10 +20,10 @@ writing = partial(files.writing, advice="free the disk or choose another folder"
 """Write a file of the dataset, whole or not at all."""
 
 
-def part_files(recording_id: str, part: str) -> tuple[Path, ...]:
-    """Files of a part, relative to the dataset's folder."""
+def part_files(recording_id: str, part: str, *, compact: bool = False) -> tuple[Path, ...]:
+    """Files of a part, relative to the dataset's folder; the sound of a compact recording is a FLAC file."""
     if part == SOUND:
-        return Path("audio", f"{recording_id}.wav"), Path("truth", f"{recording_id}.json")
+        return Path("audio", f"{recording_id}.{'flac' if compact else 'wav'}"), Path("truth", f"{recording_id}.json")
     return (
         Path(part, "calib", f"{recording_id}.pickle"),
         Path("truth", "amodal", part, f"{recording_id}.parquet"),

@@ -21,10 +21,10 @@ PROCESSES_MAX = 4
 
 @dataclass(frozen=True)
 class Piece:
-    """Parts of one recording, which one process makes."""
+    """A part of one recording."""
 
     planned: PlannedRecording
-    parts: tuple[str, ...]
+    part: str
 
 
 @dataclass(frozen=True)
@@ -34,20 +34,26 @@ class WritePiece:
     folder: Path
     size: tuple[int, int]
     frame_step: int
+    compact: bool = False
 
     def __call__(self, piece: Piece) -> Row:
         """Make the piece."""
         from corsmal.synthetic.writing.recording import write_part  # noqa: PLC0415 - loads the renderer
 
-        scene = piece.planned.scene()
-        for part in piece.parts:
-            name = piece.planned.recording_id
-            write_part(self.folder, name, scene, part, size=self.size, frame_step=self.frame_step)
+        write_part(
+            self.folder,
+            piece.planned.recording_id,
+            piece.planned.scene(),
+            piece.part,
+            size=self.size,
+            frame_step=self.frame_step,
+            compact=self.compact,
+        )
         return {}
 
 
 def start_processes(root: Path, *, count: int | None = None) -> Processes:
-    """Start the processes of a later ``write_demo``: they compile, and share what they compiled, in the meantime.
+    """Start the processes of ``write_demo``: they compile, and share what they compiled.
 
     Args:
         root: the dataset's folder.

@@ -21,31 +21,41 @@ from corsmal.synthetic.writing.parts import SOUND, part_files, writing
 
 TRUTH_SOURCE = "truth of the synthetic recording"
 _QUALITY = {"preset": "ultrafast", "crf": "21", "g": "15", "threads": "1"}
+_COMPACT_QUALITY = {"preset": "slow", "crf": "25", "g": "15", "threads": "1"}
 _INFRARED_FOCAL_PX = 638.0
 _INFRARED_SHIFTS_M = {"ir1": 0.015, "ir2": -0.035}
 _MARKS_M = ((0.45, 0.2, 0.0), (0.05, 0.2, 0.0))
 
 
 def write_part(
-    root: Path, recording_id: str, scene: Scene, part: str, *, size: tuple[int, int], frame_step: int = 1
+    root: Path,
+    recording_id: str,
+    scene: Scene,
+    part: str,
+    *,
+    size: tuple[int, int],
+    frame_step: int = 1,
+    compact: bool = False,
 ) -> None:
     """Make one of ``PARTS`` of a recording under ``root``, in the dataset's layout.
 
-    Videos have ``size`` (width, height) and every ``frame_step``-th frame of the scene.
+    Videos have ``size`` (width, height) and every ``frame_step``-th frame of the scene; where the recording is to be
+    ``compact`` they take more time and less room, and the sound is a FLAC file.
 
     Raises:
         FileError: a file cannot be written.
     """
-    files = [root / file for file in part_files(recording_id, part)]
+    files = [root / file for file in part_files(recording_id, part, compact=compact)]
     if part == SOUND:
-        _write_sound(files[0], scene)
+        _write_sound(files[0], scene, compression=1.0 if compact else None)
         with writing(files[1]) as path:
             path.write_text(json.dumps(scene_truth(scene, frame_step=frame_step), allow_nan=False), encoding="utf-8")
         return
     with writing(files[0]) as path:
         path.write_bytes(calibration_bytes(scene.cameras[part]))
     masks = {"amodal": files[1], "visible": files[2]}
-    _write_view(files[3], scene, part, size=size, masks=masks, frame_step=frame_step)
+    quality = _COMPACT_QUALITY if compact else _QUALITY
+    _write_view(files[3], scene, part, size=size, masks=masks, frame_step=frame_step, quality=quality)
 
 
 def calibration_bytes(camera: Camera) -> bytes:
@@ -100,14 +110,21 @@ def _extrinsic(camera: Camera) -> dict[str, NDArray[np.float64]]:
 
 
 def _write_view(
-    path: Path, scene: Scene, view: str, *, size: tuple[int, int], masks: dict[str, Path], frame_step: int
+    path: Path,
+    scene: Scene,
+    view: str,
+    *,
+    size: tuple[int, int],
+    masks: dict[str, Path],
+    frame_step: int,
+    quality: dict[str, str],
 ) -> None:
     found: dict[str, dict[int, Detections]] = {kind: {} for kind in masks}
     with (
         writing(path, errors=(av.FFmpegError,)) as part,
         av.open(str(part), "w", options={"movflags": "faststart"}) as container,
     ):
-        stream = container.add_stream("libx264", rate=Fraction(FPS, frame_step), options=_QUALITY)
+        stream = container.add_stream("libx264", rate=Fraction(FPS, frame_step), options=quality)
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
         for frame, drawn in enumerate(range(0, scene.frames, frame_step)):
@@ -131,9 +148,9 @@ def detection_of(mask: NDArray[np.bool_], label: int) -> Detections:
     return Detections([box], [1.0], [label], mask[None])
 
 
-def _write_sound(path: Path, scene: Scene) -> None:
+def _write_sound(path: Path, scene: Scene, *, compression: float | None) -> None:
     from corsmal.synthetic.sound.recording import recording_sound  # noqa: PLC0415 - loads SciPy, a second
 
     samples = recording_sound(sound_events(scene), rng=np.random.default_rng([scene.seed, 3]))
     with writing(path, errors=(soundfile.SoundFileError,)) as part:
-        soundfile.write(part, samples.T, SAMPLE_RATE_HZ, subtype="PCM_16")
+        soundfile.write(part, samples.T, SAMPLE_RATE_HZ, subtype="PCM_16", compression_level=compression)
