@@ -33,7 +33,7 @@ def fit_panel(opened: OpenedRecording) -> None:
     shape = session.choice().shape
     fit = opened.fit(best, frame, shape, is_settled=event.settled)
     beside = None if compared is None else (compared, opened.fit(best, frame, SHAPE_PRESETS[compared]))
-    measures(fit, truth=truth, beside=beside)
+    measures(fit, truth=truth, is_inspected=opened.is_inspected(fit.pair, frame), beside=beside)
     if fit.hull.ok:
         hull = None if beside is None else (beside[0], beside[1].hull)
         hull_plots(opened, fit, beside=hull, truth_mm=annotated_profile_mm(truth))

@@ -53,7 +53,7 @@ def score_line(best: BestFrame, frame: int, *, frames: int) -> None:
     pair = " + ".join(best.pair)
     inspected = f"{len(best.scores)} of {frames} frames inspected"
     if best.score is None:
-        left.error(f"{pair}: {best.reason}; {inspected}.", icon=":material/error:")
+        left.info(f"{pair}: {best.reason}; {inspected}.", icon=":material/search_off:")
     else:
         left.metric(
             f"Best frame of {pair}",

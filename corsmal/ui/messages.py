@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 import streamlit as st
 
-from corsmal.errors import CorsmalError
+from corsmal.errors import CorsmalError, NotFoundError
 
 WAITING = "message_waiting"
 
@@ -17,7 +17,18 @@ def guarded() -> Iterator[None]:
     try:
         yield
     except CorsmalError as error:
-        st.error(plain(str(error)), icon=":material/error:")
+        show_problem(error)
+
+
+def show_problem(error: CorsmalError, *, before: str = "") -> None:
+    """Show an error of the library as its sentence: what is merely absent is nobody's mistake, and not red.
+
+    Args:
+        error: the error.
+        before: a sentence that stands before it.
+    """
+    show, icon = (st.info, "search_off") if isinstance(error, NotFoundError) else (st.error, "error")
+    show(before + plain(str(error)), icon=f":material/{icon}:")
 
 
 def plain(text: str) -> str:

@@ -173,6 +173,10 @@ class OpenedRecording:
     def _true_masks(self, view: str) -> ViewDetections:
         return true_masks(self.recording, view, kind="amodal")
 
+    def is_inspected(self, pair: Pair, frame: int) -> bool:
+        """Whether a detector has inspected the frame in both views, or a file says what is in it."""
+        return all(frame in self.detections.views.get(name, ()) for name in pair)
+
     def fit(self, best: BestFrame, frame: int, shape: ShapeParameters, *, is_settled: bool = True) -> Fit:
         """The hull of a pair in one frame; nothing is kept of one that was fitted while something is dragged."""
         if is_settled:

@@ -116,11 +116,11 @@ def test_views_of_different_length(root: Path, video: Path) -> None:
     visitor.report("scores", key={"key": "End", "count": 1})
     assert visitor.crashes == []
     assert visitor.address["frame"] == "5"
-    assert f"{video} has 3 frames (0 to 2)" in visitor.errors[0]
+    assert f"{video} has 3 frames (0 to 2)" in visitor.sentences
     assert visitor.look().pictures == 2
     visitor.open("shape")
     assert visitor.crashes == []
-    assert "frame 5 of view1 was not inspected" in visitor.errors[0]
+    assert "No detections of view3 + view1 in frame 5 yet" in visitor.sentences
 
 
 @pytest.mark.parametrize("channels", [1, 2])

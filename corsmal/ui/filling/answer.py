@@ -8,7 +8,7 @@ from corsmal.figures.answer import Head, answer_figure
 from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
 from corsmal.ui.filling import sound
 from corsmal.ui.linked_plot import linked_plot
-from corsmal.ui.messages import plain
+from corsmal.ui.messages import show_problem
 from corsmal.ui.opened import OpenedRecording
 from corsmal.weights import find_weights
 
@@ -31,7 +31,7 @@ def predicted(opened: OpenedRecording, crop_s: sound.Seconds | None) -> FillingP
     try:
         return sound.prediction(opened, crop_s)
     except CorsmalError as error:
-        st.error(f"No prediction. {plain(str(error))}", icon=":material/error:")
+        show_problem(error, before="No prediction: ")
         return None
 
 

@@ -27,8 +27,24 @@ def annotated_profile_mm(truth: Mapping[str, float]) -> tuple[float, float, floa
     return truth["width_bottom_mm"], truth["width_top_mm"], truth["height_mm"]
 
 
-def measures(fit: Fit, *, truth: Mapping[str, float], beside: tuple[str, Fit] | None = None) -> None:
-    """The four quantities of a fit, each with its error against the annotation, and those of another fit under them."""
+def measures(
+    fit: Fit, *, truth: Mapping[str, float], is_inspected: bool = True, beside: tuple[str, Fit] | None = None
+) -> None:
+    """The four quantities of a fit, each with its error against the annotation, and those of another fit under them.
+
+    Args:
+        fit: the fit.
+        truth: from ``annotated``.
+        is_inspected: whether a detector has inspected the frame in both views.
+        beside: another fit and its name.
+    """
+    if not is_inspected:
+        st.info(
+            plain(f"No detections of {' + '.join(fit.pair)} in frame {fit.frame} yet: there is nothing to fit.")
+            + " Inspect the frame, or choose an inspected one.",
+            icon=":material/search:",
+        )
+        return
     if not fit.ok:
         st.error(
             plain(f"The fit of {' + '.join(fit.pair)} in frame {fit.frame} failed: {fit.dimensions.reason}.")
@@ -54,7 +70,7 @@ def measures(fit: Fit, *, truth: Mapping[str, float], beside: tuple[str, Fit] | 
 def recording_measures(found: Estimate, *, truth: Mapping[str, float]) -> None:
     """The four quantities of an estimate over several frames, with their 90 % intervals."""
     if found.fit is None:
-        st.error(plain("; ".join(found.notes)), icon=":material/error:")
+        st.info(plain("; ".join(found.notes)), icon=":material/search_off:")
         return
     for column, name in zip(st.columns(4), GEOMETRY, strict=True):
         value, true = getattr(found, name), truth.get(name)
