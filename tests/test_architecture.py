@@ -27,7 +27,8 @@ FLOORS = (
     ("estimation", "evaluation"),
     ("stages",),
     ("engines", "figures"),
-    ("runs", "demo", "synthetic"),
+    ("runs", "synthetic"),
+    ("demo",),
     ("ui", "commands"),
     ("app", "pages", "__main__"),
 )

@@ -1,1 +1,1 @@
-"""The built-in demo: synthetic recordings in the dataset's own layout, with their truth, and networks for them."""
+"""The built-in demo: ready-made synthetic recordings with their truth and two runs, and networks for them."""

@@ -1,48 +1,72 @@
-"""The built-in demo: made in the background on the first start, and shown while no other folder is named."""
-
-from pathlib import Path
+"""The built-in demo in the sidebar: what it is, and making its full version in the background."""
 
 import streamlit as st
 
-from corsmal.engines.processes import Processes
-from corsmal.synthetic import DemoProgress, write_demo
+from corsmal.synthetic import ANNOTATION_FILE, DemoProgress, write_demo
 from corsmal.ui import shared
-from corsmal.ui.folders import demo_folder, is_demo_ready
+from corsmal.ui.folders import demo_folder, full_demo_folder
 from corsmal.ui.jobs import Job, progress_text
 from corsmal.ui.messages import plain
 
 KEY = "demo"
 STEPS = 100
-FIRST_POLL_S, POLL_S = 0.5, 2.0
-"""Between two looks at the job: until there is something to show, and then."""
+WORKERS = 1
+"""While somebody uses the app, the other cores are theirs."""
+
+MAKE = "Make all thirty recordings"
 
 
-def is_coming() -> bool:
-    """Whether the demo's first recording is being made."""
-    job = shared.jobs().get(KEY)
-    return job is not None and job.active and not is_demo_ready()
+def show_demo(folder: str, folder_key: str) -> None:
+    """Say that the demo is synthetic; make its full version on request, and switch between the two.
 
-
-def begin(processes: Processes | None = None) -> None:
-    """Begin to make the demo, in processes that were started ahead where there are any."""
-    folder = demo_folder()
-    shared.jobs().start(KEY, "Making the demo", lambda job: _work(job, folder, processes))
-
-
-def make_demo() -> None:
-    """Make the demo, or finish one that was stopped half-way; show how far it is, and say that it is synthetic."""
+    Args:
+        folder: the one that is shown.
+        folder_key: where the session keeps it.
+    """
     st.info("The built-in demo: **synthetic** people, containers and sounds.", icon=":material/science:")
     job = shared.jobs().get(KEY)
-    if job is None or (job.state == "done" and not is_demo_ready()):  # the latter after somebody deleted it
-        begin()
-    job = shared.jobs().get(KEY)
-    if job is None or job.active:
-        st.fragment(_watch, run_every=POLL_S if is_demo_ready() else FIRST_POLL_S)()
-    elif job.state == "failed":
-        st.error(plain(job.problem), icon=":material/error:")
-        st.button("Try again", on_click=begin)
+    is_made = (full_demo_folder() / ANNOTATION_FILE).is_file()
+    is_shown = folder == str(full_demo_folder())
+    if job is not None and job.active:
+        _watch()
+    elif job is None or job.state != "done" or not is_made:  # the latter after somebody deleted it
+        if job is not None and job.state == "failed":
+            st.error(plain(job.problem), icon=":material/error:")
+        st.button(
+            MAKE,
+            on_click=begin,
+            icon=":material/movie:",
+            width="stretch",
+            help="Fifteen containers, twice each, without detections and runs, made in the background in minutes. "
+            "That can be stopped and resumed.",
+        )
+    if is_made or is_shown:
+        other = demo_folder() if is_shown else full_demo_folder()
+        st.button(
+            "Open the ready-made six" if is_shown else "Open the full demo",
+            on_click=lambda: st.session_state.update({folder_key: str(other)}),
+            icon=":material/science:",
+            width="stretch",
+        )
 
 
+def begin() -> None:
+    """Begin to make the full demo, or resume."""
+    folder = full_demo_folder()
+
+    def work(job: Job) -> None:
+        def report(progress: DemoProgress) -> None:
+            job.label = f"Making the demo, {progress.done} of {progress.total} recordings"
+            job.advance(round(STEPS * progress.fraction), STEPS)
+            job.forecast(progress.left_s)
+            job.results = progress.done
+
+        write_demo(folder, progress=report, cancelled=job.cancelled, workers=WORKERS)
+
+    shared.jobs().start(KEY, "Making the demo", work)
+
+
+@st.fragment(run_every=2.0)
 def _watch() -> None:
     """Follow the job; the app is run again when it ends, and when there are more recordings to show."""
     job = shared.jobs().get(KEY)
@@ -51,16 +75,4 @@ def _watch() -> None:
         st.session_state["demo_shown"] = job.results if job else 0
         st.rerun()
     st.progress(job.fraction, text=progress_text(job, "%"))
-
-
-def _work(job: Job, folder: Path, processes: Processes | None) -> None:
-    def report(progress: DemoProgress) -> None:
-        job.label = f"Making the demo, {progress.done} of {progress.total} recordings"
-        job.advance(round(STEPS * progress.fraction), STEPS)
-        job.results = progress.done
-
-    try:
-        write_demo(folder, progress=report, cancelled=job.cancelled, processes=processes)
-    finally:
-        if processes is not None:
-            processes.stop()
+    st.button("Stop", on_click=job.cancel, help="What was made is kept.", icon=":material/stop:", key="stop_demo")

@@ -5,23 +5,23 @@ import os
 import sys
 from pathlib import Path
 
+from corsmal.demo import opening
 from corsmal.store import Store
-from corsmal.synthetic import ANNOTATION_FILE
 
 
 def demo_folder() -> Path:
-    """Where the demo is, or is to be."""
-    return Store().root.resolve() / "demo"
+    """Where the ready-made demo is, or is to be."""
+    return opening.demo_folder(Store())
+
+
+def full_demo_folder() -> Path:
+    """Where the full demo is, or is to be."""
+    return opening.full_demo_folder(Store())
 
 
 def is_demo(folder: str) -> bool:
-    """Whether a folder is the built-in demo's."""
-    return Path(folder) == demo_folder()
-
-
-def is_demo_ready() -> bool:
-    """Whether the demo has a first recording."""
-    return (demo_folder() / ANNOTATION_FILE).is_file()
+    """Whether a folder is the ready-made or the full demo's."""
+    return Path(folder) in (demo_folder(), full_demo_folder())
 
 
 def default_folder() -> str:

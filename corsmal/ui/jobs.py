@@ -35,11 +35,17 @@ class Job:
     problem: str = ""
     results: int = 0
     started_s: float = field(default_factory=time.monotonic)
+    _has_forecast: bool = False
+    _end_s: float | None = None
     _cancel: threading.Event = field(default_factory=threading.Event)
 
     def advance(self, done: int, total: int) -> None:
         """Say how far the work is."""
         self.done, self.total = done, total
+
+    def forecast(self, left_s: float | None) -> None:
+        """Say how long the rest will take, or that it is not known yet, where the pace since the start misleads."""
+        self._has_forecast, self._end_s = True, None if left_s is None else time.monotonic() + left_s
 
     def keep(self) -> None:
         """Say that there are more results to be looked at."""
@@ -65,7 +71,9 @@ class Job:
 
     @property
     def seconds_left(self) -> float | None:
-        """At the rate so far; None before the first step."""
+        """As the work forecasts, else at the rate so far; None where neither is known yet."""
+        if self._has_forecast:
+            return None if self._end_s is None else max(0.0, self._end_s - time.monotonic())
         if not self.done or not self.total:
             return None
         return (time.monotonic() - self.started_s) / self.done * (self.total - self.done)

@@ -1,21 +1,23 @@
-"""What the server hands out beside the pages: plotly.js and thumbnails."""
+"""What the server hands out beside the pages: plotly.js and thumbnails. The server starts with it: it loads little."""
 
 import threading
 from collections import OrderedDict
+from typing import TYPE_CHECKING
 
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
-from corsmal.dataset import Dataset
+from corsmal.digests import digest
 from corsmal.errors import CorsmalError
-from corsmal.store import Store, digest
 from corsmal.ui.linked_plot import plotly_route
-from corsmal.ui.media import thumbnail
+
+if TYPE_CHECKING:
+    from corsmal.dataset import Dataset
 
 DATASETS_MAX = 32
 
-_datasets: OrderedDict[str, Dataset] = OrderedDict()
+_datasets: "OrderedDict[str, Dataset]" = OrderedDict()
 _lock = threading.Lock()
 
 
@@ -24,7 +26,7 @@ def routes() -> list[Route]:
     return [plotly_route(), Route("/thumbnails/{dataset}/{recording}.jpg", _thumbnail)]
 
 
-def thumbnail_urls(dataset: Dataset, ids: list[str]) -> list[str]:
+def thumbnail_urls(dataset: "Dataset", ids: list[str]) -> list[str]:
     """Addresses of recordings' thumbnails; only datasets that a page has shown are served."""
     name = digest("dataset", str(dataset.root))
     with _lock:
@@ -36,11 +38,14 @@ def thumbnail_urls(dataset: Dataset, ids: list[str]) -> list[str]:
 
 
 def _thumbnail(request: Request) -> Response:
+    from corsmal.store import Store  # noqa: PLC0415 - see the top of the file
+    from corsmal.ui import media  # noqa: PLC0415
+
     dataset = _datasets.get(request.path_params["dataset"])
     if dataset is None:
         return PlainTextResponse("no such dataset is open", status_code=404)
     try:
-        content = thumbnail(dataset[request.path_params["recording"]], store=Store())
+        content = media.thumbnail(dataset[request.path_params["recording"]], store=Store())
     except CorsmalError:
         return PlainTextResponse("no picture", status_code=404)
     return Response(content, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=3600"})

@@ -1,40 +1,46 @@
-"""What the server does when it starts: what would make the first visitors wait is begun before they come."""
+"""What the server does when it starts: little, and then it loads what the first visitors would wait for."""
 
 import gc
 import importlib
 import threading
+from collections.abc import Sequence
 
 from starlette.routing import Route
 from streamlit.runtime.pages_manager import PagesManager
 
-from corsmal.synthetic import start_processes
-from corsmal.ui import folders
+from corsmal.ui.routes import routes
 
-LIBRARIES_AFTER_S = 20.0
-"""The first page and a new demo come first."""
+PAGES_AFTER_S, NETWORKS_AFTER_S = 0.3, 20.0
+"""When to load, s after the start: what pages need while the browser loads Streamlit, the rest after the first page."""
+
+OF_PAGES = (
+    "corsmal.ui.session",
+    "corsmal.ui.opened",
+    "corsmal.ui.detecting",
+    "corsmal.ui.linked_plot.component",
+    "corsmal.ui.media",
+    "corsmal.ui.filling.sound",
+    "corsmal.ui.recordings",
+)
+OF_NETWORKS = ("torch", "corsmal.shape.kernels")
 
 
 def start() -> list[Route]:
-    """Begin to make a demo that is not there, and have large libraries loaded later.
+    """Have libraries loaded in the background.
 
     Returns:
         The routes of the application.
     """
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through the script, too
-    if folders.is_demo(folders.default_folder()) and not folders.is_demo_ready():
-        # its processes come before anything that takes long to import here
-        processes = start_processes(folders.demo_folder())
-        importlib.import_module("corsmal.ui.demo").begin(processes)
-    libraries = threading.Timer(LIBRARIES_AFTER_S, _load_libraries)
-    libraries.daemon = True
-    libraries.start()
-    routes: list[Route] = importlib.import_module("corsmal.ui.routes").routes()
-    gc.freeze()  # Streamlit collects garbage after every run of the script; what is loaded here stays
-    return routes
+    for delay_s, names in ((PAGES_AFTER_S, OF_PAGES), (NETWORKS_AFTER_S, OF_NETWORKS)):
+        timer = threading.Timer(delay_s, _load, [names])
+        timer.daemon = True
+        timer.start()
+    return routes()
 
 
-def _load_libraries() -> None:
-    """Load what the first visitor of some page would wait seconds for."""
-    importlib.import_module("torch")
+def _load(names: Sequence[str]) -> None:
+    for name in names:
+        importlib.import_module(name)
     gc.collect()
-    gc.freeze()
+    gc.freeze()  # Streamlit collects garbage after every run of the script; what is loaded here stays

@@ -7,9 +7,10 @@ import streamlit as st
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from corsmal.dataset import Dataset, Recording
+from corsmal.demo.opening import open_demo
 from corsmal.errors import CorsmalError
 from corsmal.ui import demo, shared
-from corsmal.ui.folders import default_folder, demo_folder, is_demo, is_demo_ready
+from corsmal.ui.folders import default_folder, demo_folder, is_demo
 from corsmal.ui.messages import plain
 from corsmal.ui.recordings import most_complete, recording_labels
 from corsmal.ui.url import Choice, from_params, to_params
@@ -124,12 +125,12 @@ def _folder_input() -> None:
         help="A folder with view1, view2, view3, audio and an annotation, as the dataset is published.",
     )
     if is_demo(folder()):
-        demo.make_demo()
+        demo.show_demo(folder(), FOLDER)
     else:
-        open_demo = {FOLDER: str(demo_folder())}
+        to_demo = {FOLDER: str(demo_folder())}
         st.button(
             "Open the demo",
-            on_click=lambda: st.session_state.update(open_demo),
+            on_click=lambda: st.session_state.update(to_demo),
             icon=":material/science:",
             width="stretch",
         )
@@ -138,9 +139,11 @@ def _folder_input() -> None:
 def _open_dataset() -> Dataset | None:
     """The dataset of the chosen folder; None, with the reason in the sidebar, where there is none."""
     st.session_state.pop(FOLDER_PROBLEM, None)
-    if not folder() or (is_demo(folder()) and not is_demo_ready()):
+    if not folder():
         return None
     try:
+        if folder() == str(demo_folder()):
+            open_demo(store=shared.store())
         return shared.dataset(folder())
     except CorsmalError as error:
         st.session_state[FOLDER_PROBLEM] = str(error)
@@ -168,9 +171,6 @@ def _picked() -> None:
 
 
 def _nothing_to_show() -> None:
-    if is_demo(folder()) and demo.is_coming():
-        st.info("The first recording of the demo is being made: a few seconds.", icon=":material/hourglass_top:")
-        return
     if problem := st.session_state.get(FOLDER_PROBLEM):
         st.error(plain(problem), icon=":material/folder_off:")
     st.info(

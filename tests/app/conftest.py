@@ -1,6 +1,6 @@
 """Every test of the app has its own store, nothing cached, and an app that was started without a dataset.
 
-The demo that such an app makes has one small recording.
+The full demo that such an app makes has one small recording.
 """
 
 import shutil
@@ -31,8 +31,9 @@ def fresh_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
 
 
 def small_demo(root: Path, **options: Any) -> tuple[str, ...]:
-    """The demo with one small recording, made in this process."""
-    return write_demo(root, **options, containers=(1,), recordings_per_container=1, size=(160, 90), workers=0)
+    """The full demo with one small recording, made in this process."""
+    small = {"containers": (1,), "recordings_per_container": 1, "size": (160, 90), "workers": 0}
+    return write_demo(root, **options | small)
 
 
 @pytest.fixture(scope="session")

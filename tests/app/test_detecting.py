@@ -15,7 +15,6 @@ from corsmal.detection import Detections
 from corsmal.detection.maskrcnn import COCO_WEIGHTS_URL
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.ui import shared
-from corsmal.ui.folders import is_demo_ready
 from corsmal.weights import bundled_path
 from tests.app.driver import Visitor
 from tests.tiny import CONTAINERS, CUP, FRAMES, base_in_frame, silhouette, tiny_cameras
@@ -182,7 +181,7 @@ def test_view_whose_file_is_missing_is_named_and_inspected_alone(coco: type[Fake
     assert not OFFERS & set(visitor.buttons)
 
 
-def test_coco_is_the_first_choice_elsewhere_and_the_demos_network_on_the_demo(
+def test_coco_is_the_first_choice_and_the_demos_network_can_be_chosen(
     visitor: Visitor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Small(FakeDetector):
@@ -196,9 +195,6 @@ def test_coco_is_the_first_choice_elsewhere_and_the_demos_network_on_the_demo(
     visitor.wait_for(is_done)
     assert Small.weights == (bundled_path("detector"),)
     assert inspected(visitor) == 6
-    on_demo = Visitor()
-    on_demo.wait_for(lambda _visitor: is_demo_ready() and is_done(_visitor))
-    assert on_demo.open("frames").test.selectbox(key="detector").value == "demo"
 
 
 def test_coco_weights_that_cannot_be_fetched_are_one_sentence(

@@ -1,4 +1,4 @@
-"""What a new user does, from the first start to the report, on the built-in demo with the networks that came along."""
+"""What a new user does, from the first start to the report, on the ready-made demo with the bundled networks."""
 
 import re
 from pathlib import Path
@@ -7,6 +7,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
+from corsmal.demo.packing import IDS
+
 pytestmark = pytest.mark.browser
 
 HULL = "Hull, circumferences and cameras in 3D"
@@ -14,7 +16,7 @@ CAMERA = "node => node._fullLayout.scene._scene.getCamera()"
 HEADING_PX, ROW_PX = 36, 35
 """Of Streamlit's tables."""
 DEMO_MS = 180_000
-"""Until the first recording was made, or a job ended, on a machine that does something else, too."""
+"""Until a page is full, on a machine that does something else, too."""
 
 
 @pytest.fixture
@@ -66,12 +68,11 @@ def from_a_number_to_its_recording(page: Page) -> None:
 
 def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_path: Path) -> None:
     expect(page.get_by_text("synthetic").first).to_be_visible()
-    expect(page.get_by_role("heading", name="Recording 000000")).to_be_visible(timeout=DEMO_MS)
+    expect(page.get_by_role("heading", name=f"Recording {IDS[0]}")).to_be_visible()
 
     turn_to(page, "Frames")
-    press(page, "Find the best frame")
-    plot(page, "Scores of the frames of recording 000000")
-    pin(page, "the pictures", "000000, view3")
+    plot(page, f"Scores of the frames of recording {IDS[0]}")
+    pin(page, "the pictures", f"{IDS[0]}, view3")
 
     turn_to(page, "Shape")
     hull = plot(page, HULL)
@@ -82,28 +83,26 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
     page.wait_for_url(re.compile(r"[?&]L=\d+"))
     expect(figures).not_to_have_text(before)
     assert hull.evaluate(CAMERA)["eye"] == pytest.approx(camera["eye"], abs=1e-9)
-    pin(page, "the hull", "Hull of 000000")
+    pin(page, "the hull", f"Hull of {IDS[0]}")
 
     turn_to(page, "Filling")
-    plot(page, "Sound of recording 000000")
+    plot(page, f"Sound of recording {IDS[0]}")
     page.get_by_role("slider", name="Start of the crop").press("PageUp")
     page.wait_for_url(re.compile(r"[?&]crop=0\.50-"))
     page.get_by_test_id("stAudio").first.evaluate("player => { player.muted = true; return player.play(); }")
-    pin(page, "the sound", "Sound of 000000")
+    pin(page, "the sound", f"Sound of {IDS[0]}")
 
     turn_to(page, "Mass")
     plot(page, re.compile("^The mask of view3"))
     expect(figures.first).to_have_text(re.compile("g$"))
 
     turn_to(page, "Evaluation")
-    page.get_by_text("the chosen one (1)").click()
-    press(page, "Run")
     from_a_number_to_its_recording(page)
 
     turn_to(page, "Evaluation")
     main = page.get_by_test_id("stMain")
     main.get_by_text("Recordings", exact=True).click(timeout=DEMO_MS)
-    expect(main.get_by_text("1 of 1 recordings")).to_be_visible()
+    expect(main.get_by_text("6 of 6 recordings")).to_be_visible()
     main.get_by_text("Report", exact=True).click()
     with page.expect_download() as download:
         press(page, "Download report (HTML)")

@@ -27,6 +27,18 @@ def test_work_runs_and_says_how_far_it_is():
     assert Job("new").seconds_left is None
 
 
+def test_a_forecast_takes_the_place_of_the_pace_so_far():
+    job = Job("Making", done=1, total=4, started_s=time.monotonic() - 10)
+    assert job.seconds_left == pytest.approx(30, abs=1)
+    job.forecast(None)
+    assert job.seconds_left is None
+    assert progress_text(job, "%") == "Making: 1 of 4 %"
+    job.forecast(60)
+    assert job.seconds_left == pytest.approx(60, abs=1)
+    job.forecast(-5)
+    assert job.seconds_left == 0
+
+
 def test_the_same_work_asked_for_twice_is_one_job():
     jobs, gate, runs = Jobs(), threading.Event(), []
 

@@ -1,7 +1,5 @@
 """A Plotly figure that reports clicks, keys and range inputs while they move, and keeps its camera."""
 
-from corsmal.ui.linked_plot.assets import plotly_route
-from corsmal.ui.linked_plot.component import linked_plot, plot_event
-from corsmal.ui.linked_plot.events import Click, PlotEvent, Shape, Slider, Span
+import lazy_loader
 
-__all__ = ["Click", "PlotEvent", "Shape", "Slider", "Span", "linked_plot", "plot_event", "plotly_route"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,16 +1,16 @@
 """The files that the browser needs: the component's own, and plotly.min.js out of the installed plotly package."""
 
+import importlib.metadata
 from pathlib import Path
 from typing import Final
 
-import plotly
 from starlette.requests import Request
 from starlette.responses import FileResponse
 from starlette.routing import Route
 
 HERE: Final = Path(__file__).parent
 
-PLOTLY_URL: Final = f"/corsmal/plotly-{plotly.__version__}.min.js"
+PLOTLY_URL: Final = f"/corsmal/plotly-{importlib.metadata.version('plotly')}.min.js"
 """Where the app serves plotly.js; the version is in the name so that browsers may keep the file for good."""
 
 
@@ -25,6 +25,8 @@ def read_asset(name: str) -> str:
 
 
 async def _plotly_js(_request: Request) -> FileResponse:
+    import plotly  # noqa: PLC0415 - the server starts without it
+
     return FileResponse(
         Path(plotly.__file__).parent / "package_data" / "plotly.min.js",
         media_type="text/javascript",

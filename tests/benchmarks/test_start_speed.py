@@ -1,0 +1,94 @@
+"""From the command to a healthy server and a full first page: a fresh clone with an empty cache, beside a bare app."""
+
+import os
+import shutil
+import socket
+import statistics
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, sync_playwright
+
+from tests.benchmarks.conftest import MEASURED, Measured
+from tests.browser.conftest import CHROMIUM_FLAGS
+
+ROOT = Path(__file__).resolve().parents[2]
+STARTS = 5
+TIMEOUT_S = 300
+BARE_APP = 'import streamlit as st\n\nst.title("Bare")\nst.metric("Capacity", "520 mL")\n'
+DONE = "[data-testid=stApp][data-test-script-state=notRunning] [data-testid=stMain] h1"
+"""A page whose script has ended."""
+
+
+def bare_clone(folder: Path) -> Path:
+    folder.mkdir()
+    (folder / "app.py").write_text(BARE_APP, encoding="utf-8")
+    return folder
+
+
+def fresh_clone(folder: Path) -> Path:
+    """The repository's files as they are after a clone: nothing compiled, nothing cached."""
+    leave_out = shutil.ignore_patterns("__pycache__", ".*", "cache", "tests")
+    shutil.copytree(ROOT, folder, ignore=leave_out)
+    shutil.copytree(ROOT / ".streamlit", folder / ".streamlit")
+    return folder
+
+
+def started(clone: Path, page: Page) -> tuple[float, float]:
+    """Seconds from the command until the server is healthy, and until its first page is full."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    command = [sys.executable, "-m", "streamlit", "run", "app.py", "--server.port", str(port)]
+    command += ["--server.headless", "true", "--browser.gatherUsageStats", "false", "--server.fileWatcherType", "none"]
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("CORSMAL", "PYTHONPATH"))}
+    environment["CORSMAL_CACHE"] = str(clone / "empty cache")
+    began_s = time.perf_counter()
+    server = subprocess.Popen(command, cwd=clone, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        address = f"http://127.0.0.1:{port}"
+        wait_for(lambda: urllib.request.urlopen(f"{address}/_stcore/health", timeout=5))
+        healthy_s = time.perf_counter() - began_s
+        page.goto(address)
+        page.locator(DONE).wait_for(timeout=1000 * TIMEOUT_S)
+        return healthy_s, time.perf_counter() - began_s
+    finally:
+        server.terminate()
+        server.wait(timeout=TIMEOUT_S)
+
+
+def wait_for(attempt: Callable[[], object]) -> None:
+    end_s = time.monotonic() + TIMEOUT_S
+    while time.monotonic() < end_s:
+        with suppress(OSError):
+            attempt()
+            return
+        time.sleep(0.02)
+    pytest.fail("the server did not start")
+
+
+def test_starts(request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    executable = shutil.which("chromium")
+    if executable is None:
+        pytest.skip("no program named chromium on PATH; on Debian: apt-get install chromium")
+    times: dict[str, list[tuple[float, float]]] = {"bare app": [], "app": []}
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=executable, args=CHROMIUM_FLAGS)
+        for number in range(STARTS):
+            for name, clone in (("bare app", bare_clone), ("app", fresh_clone)):
+                context = browser.new_context(viewport={"width": 1440, "height": 900})
+                times[name].append(started(clone(tmp_path / f"{name} {number}"), context.new_page()))
+                context.close()
+        browser.close()
+    measured = request.config.stash.setdefault(MEASURED, [])
+    for index, group in enumerate(("until the server is healthy", "until the first page is full")):
+        for name, found in times.items():
+            seconds = [pair[index] for pair in found]
+            measured.append(Measured(f"{name} {group}", group, None, statistics.median(seconds)))
+            sys.stderr.write(f"\n{name} {group}: {' '.join(f'{value:.2f}' for value in seconds)} s\n")
