@@ -15,6 +15,8 @@ from corsmal.parameters import SHAPE_PRESETS
 from corsmal.runs.making import make_run
 from corsmal.runs.run import Run, save_run
 from corsmal.stages.detections import detect_recording, load_detections
+from corsmal.stages.estimates import Predictors
+from corsmal.stages.fits import load_fit
 from corsmal.stages.moments import kept_estimate, known_when, moments_s
 from corsmal.stages.settings import EstimateSettings, default_settings, find_detector
 from corsmal.store import Store
@@ -86,11 +88,22 @@ def packed_settings(dataset: Dataset, preset: str) -> EstimateSettings:
 
 
 def _keep_what_pages_show(dataset: Dataset, settings: EstimateSettings, *, store: Store) -> None:
-    """Keep the hulls of single frames that the estimates are made of, and what was known when without its hulls."""
+    """Keep the hulls that the estimates are made of and the one that is shown first, and what was known when."""
     predictors, apart = settings.open(), Store(store.root / APART)
     for recording in dataset:
         detections = load_detections(recording, store=store)
         kept_estimate(recording, detections, predictors, store=store)
+        first = kept_estimate(recording, detections, Predictors(), store=store).best_frame
+        if first is not None and first.frame is not None:
+            load_fit(
+                recording,
+                detections,
+                pair=first.pair,
+                frame=first.frame,
+                centre_rule=first.centre_rule,
+                shape=settings.shape,
+                store=store,
+            )
         deque(known_when(recording, detections, predictors, moments_s(recording), store=apart), maxlen=0)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import streamlit as st
@@ -95,8 +95,10 @@ class OpenedRecording:
 
     @cached(64, key=by_detections)
     def estimate(self, preset: str) -> Estimate:
-        """The geometry of the recording with a preset."""
-        return estimate(self.recording, detections=self.detections.views, shape=SHAPE_PRESETS[preset])
+        """The geometry of the recording with a preset; the fits of its frames are kept."""
+        shape, store = SHAPE_PRESETS[preset], shared.store()
+        fits = partial(load_fit, self.recording, self.detections, shape=shape, store=store, source=self)
+        return estimate(self.recording, detections=self.detections.views, shape=shape, fits=fits)
 
     @property
     def estimated_pair(self) -> Pair:

@@ -10,6 +10,7 @@ import pytest
 
 from corsmal.demo.packing import IDS
 from corsmal.errors import FileError
+from corsmal.stages import fits
 from corsmal.ui import demo, shared
 from corsmal.ui.folders import demo_folder, full_demo_folder
 from tests.app.conftest import small_demo
@@ -59,6 +60,17 @@ def test_every_page_shows_results_at_its_first_visit_and_nothing_red(page: str) 
         "evaluation": len(visitor.test.dataframe) > 0,
     }
     assert shown[page]
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_no_hull_is_fitted_for_what_pages_show_first(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fitted(*_arguments: object, **options: object) -> None:
+        raise AssertionError(f"fitted: {options}")
+
+    monkeypatch.setattr(fits, "fit_masks", fitted)
+    visitor = Visitor(recording=name)
+    for page in ("frames", "shape", "mass"):
+        assert visitor.open(page).crashes == []
 
 
 def test_the_two_runs_are_listed() -> None:

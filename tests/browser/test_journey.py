@@ -111,7 +111,7 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
 
     offline = chromium.new_context(offline=True)
     opened = offline.new_page()
-    opened.goto(report.as_uri())
+    opened.goto(report.as_uri(), timeout=DEMO_MS)
     expect(opened.locator(".main-svg").first).to_be_visible()
     expect(opened.locator("audio")).to_have_count(1)
     expect(opened.locator("img")).to_have_count(2)
