@@ -2,7 +2,7 @@
 
 import streamlit as st
 
-from corsmal.ui import mass, session
+from corsmal.ui import mass, mass_network, session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
@@ -10,18 +10,18 @@ from corsmal.ui.pair_and_frame import frame_control, pair_control
 
 st.title("Mass")
 opened = open_detected()
-network = mass.open_network(opened.recording)
+network = mass_network.open_network(opened.recording)
 left, middle, right = st.columns([3, 4, 3])
 with left:
     best = pair_control(opened)
 with middle:
     frame = frame_control(best, frames=opened.frames)
 with right:
-    axis = mass.axis_control(network)
+    axis = mass_network.axis_control(network)
 
 
 def mass_panel(opened: OpenedRecording) -> None:
-    padding_px = mass.dragged_padding_px(plot_event("restoration"))
+    padding_px = mass_network.dragged_padding_px(plot_event("restoration"), network)
     fit = opened.fit(best, frame, session.choice().shape)
     inputs = mass.fitted_inputs(opened, best, fit)
     if inputs is None:
@@ -31,6 +31,8 @@ def mass_panel(opened: OpenedRecording) -> None:
     prediction, curves_g = mass.predict(mask, numbers, network=network, axis=axis, padding_px=padding_px)
     mass.object_mass(opened, prediction.mass_g, capacity_ml=numbers["capacity_ml"])
     mass.problems(fit, prediction, has_network=network is not None)
+    if network is not None:
+        mass_network.trained_otherwise(network, axis=axis, padding_px=padding_px)
     resize = "stretch" if network is None else network.config.resize
     mass.pictures(opened, mask, prediction, frame=frame, resize=resize)
     left, right = st.columns([2, 3])

@@ -103,14 +103,14 @@ def show(title: str, table: "pd.DataFrame") -> None:
     typer.echo(f"{title}\n{table.round(1).to_string(index=has_names, na_rep='–')}\n")
 
 
-def shape_preset(name: str) -> ShapeParameters:
-    """The parameters of the fit that ``--preset`` names.
+def shape_preset(name: str, *, option: str = "--preset") -> ShapeParameters:
+    """The parameters of the fit that an option names.
 
     Raises:
         typer.BadParameter: there is no such preset.
     """
     if name not in SHAPE_PRESETS:
-        raise typer.BadParameter(f"available presets: {', '.join(SHAPE_PRESETS)}", param_hint="--preset")
+        raise typer.BadParameter(f"available presets: {', '.join(SHAPE_PRESETS)}", param_hint=option)
     return SHAPE_PRESETS[name]
 
 

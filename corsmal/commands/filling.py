@@ -12,7 +12,7 @@ from corsmal.commands import FeatureFolder, Root, RunFolder, complain, progress_
 from corsmal.errors import CorsmalError, FileError
 
 if TYPE_CHECKING:
-    from corsmal.dataset import Dataset
+    from corsmal.dataset import Dataset, TrainedOn
     from corsmal.filling import FillingSample, FillingTraining
 
 Preset = Annotated[
@@ -39,15 +39,16 @@ def train(
 
     With the preset paper a seventh of them is held out, by which the best epoch is chosen.
     """
-    from corsmal.dataset import TrainedOn, open_dataset
-    from corsmal.digests import digest
+    from corsmal.dataset import open_dataset
     from corsmal.filling import train_filling
+    from corsmal.filling.training import missing_classes
 
     training = replace(_training(preset, epochs), retrain=retrain)
     dataset = open_dataset(root)
     samples = _samples(dataset, features)
-    arrays = {} if features is None else {sample.recording_id: digest(sample.features) for sample in samples}
-    trained_on = TrainedOn.of([dataset[sample.recording_id] for sample in samples], features=arrays)
+    trained_on = _record(dataset, samples, features)
+    if absent := missing_classes(samples):
+        say(f"No recording holds {', '.join(absent)}: the network will not name it.")
     with _training_bar() as progress:
         path = train_filling(folder, samples, preset=training, seed=seed, trained_on=trained_on, progress=progress)
     say(f"Weights: {path}")
@@ -81,7 +82,13 @@ def evaluate(
     training = _training(preset, epochs)
     with _training_bar() as progress:
         predictions = cross_validate(
-            folder, samples, folds=split, preset=training, seeds=range(seeds), progress=progress
+            folder,
+            samples,
+            folds=split,
+            preset=training,
+            seeds=range(seeds),
+            trained_on=_record(dataset, samples, features),
+            progress=progress,
         )
     show("Weighted F1 in %, all folds pooled", pooled_table(predictions))
     show("MPF1 in % by container", filling_container_table(predictions))
@@ -96,6 +103,15 @@ def _training(preset: Literal["paper", "tuned"], epochs: int | None) -> "Filling
 
     training = FillingTraining.of(preset)
     return training if epochs is None else replace(training, epochs=epochs)
+
+
+def _record(dataset: "Dataset", samples: "list[FillingSample]", features: Path | None) -> "TrainedOn":
+    """What the weights keep about their training."""
+    from corsmal.digests import digest
+    from corsmal.stages.training_facts import training_record
+
+    arrays = {} if features is None else {sample.recording_id: digest(sample.features) for sample in samples}
+    return training_record(dataset, [dataset[sample.recording_id] for sample in samples], features=arrays)
 
 
 def _samples(dataset: "Dataset", features: Path | None) -> "list[FillingSample]":

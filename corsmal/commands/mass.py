@@ -6,11 +6,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from corsmal.commands import Root, RunFolder, progress_bar, say, show
-from corsmal.errors import FileError
+from corsmal.commands import Root, RunFolder, progress_bar, say, shape_preset, show
+from corsmal.errors import ArgumentError, FileError
+from corsmal.parameters import SHAPE_PRESETS
 
 if TYPE_CHECKING:
+    from corsmal.dataset import Dataset, TrainedOn
     from corsmal.mass import MassRow
+    from corsmal.parameters import ShapeParameters
+
+SHAPES = ", ".join(SHAPE_PRESETS)
 
 
 def train(
@@ -21,6 +26,16 @@ def train(
         Literal["paper", "tuned"],
         typer.Option(help="paper: as published; tuned: the network also sees the image's scale, and learns ln(1 + g)."),
     ] = "paper",
+    shape: Annotated[
+        str, typer.Option(help=f"Parameters of the fits that give the dimensions: {SHAPES}. Kept in the weights.")
+    ] = "paper",
+    axis: Annotated[
+        Literal["base", "whole"] | None,
+        typer.Option(help="How masks are restored; default: base for paper, whole for tuned. Kept in the weights."),
+    ] = None,
+    padding: Annotated[
+        int | None, typer.Option(help="Pixels around a mask's box; default: 15. Kept in the weights.", min=0)
+    ] = None,
     epochs: Annotated[int, typer.Option(help="Maximum number of epochs; most runs stop earlier.", min=1)] = 5000,
     seed: Annotated[int, typer.Option(help="Random seed for split, initial weights and order.", min=0)] = 0,
 ) -> None:
@@ -28,12 +43,15 @@ def train(
 
     Detections are needed: beside the videos, or from `detect`.
     """
-    from corsmal.dataset import TrainedOn, open_dataset
+    from corsmal.dataset import open_dataset
     from corsmal.mass import MassConfig, MassTraining, train_mass
+    from corsmal.stages.training_facts import training_record
 
     network = MassConfig.paper() if preset == "paper" else MassConfig.tuned()
-    rows, dataset = _rows(root), open_dataset(root)
-    trained_on = replace(TrainedOn.of([dataset[row.recording_id] for row in rows]), facts={"shape": "paper"})
+    network = replace(network, axis=axis or network.axis, padding_px=network.padding_px if padding is None else padding)
+    dataset, parameters = open_dataset(root), shape_preset(shape, option="--shape")
+    rows = _rows(dataset, parameters)
+    trained_on = training_record(dataset, [dataset[row.recording_id] for row in rows], shape=parameters)
     trained = train_mass(rows, folder, MassTraining(network=network, epochs=epochs, seed=seed), trained_on=trained_on)
     for reason, count in trained.dropped.items():
         say(f"Recordings not used: {count} ({reason})")
@@ -44,34 +62,64 @@ def train(
 def evaluate(
     root: Root,
     weights: Annotated[Path | None, typer.Argument(metavar="WEIGHTS", help="Default: the demo's weights.")] = None,
+    *,
+    shape: Annotated[
+        str | None,
+        typer.Option(help=f"Parameters of the fits: {SHAPES}; default: those that the network was trained with."),
+    ] = None,
+    protocol: Annotated[
+        Literal["held-out", "in-sample"],
+        typer.Option(help="held-out: only recordings that the network was not trained on; in-sample: all."),
+    ] = "held-out",
 ) -> None:
     """Evaluate the network for the container's mass on the annotated recordings of a dataset.
 
     Detections are needed: beside the videos, or from `detect`.
     """
+    from corsmal.dataset import open_dataset
+    from corsmal.evaluation.protocols import STAMPS
     from corsmal.mass import MassPredictor
     from corsmal.mass.judging import judge_mass, mass_table
+    from corsmal.stages.training_facts import trained_shape
     from corsmal.weights import find_weights
 
-    predictor, rows = MassPredictor(find_weights("mass", weights).path), _rows(root)
-    judged = judge_mass(predictor, rows)
-    show("Container mass: MAPE in %, challenge score s7 in %", mass_table(judged))
+    predictor, dataset = MassPredictor(find_weights("mass", weights).path), open_dataset(root)
+    trained = trained_shape(predictor.trained_on)
+    chosen = shape or (trained if trained in SHAPE_PRESETS else "paper")
+    if trained is not None and chosen != trained:
+        say(f"The network was trained on dimensions of the shape preset {trained}; these are of {chosen}.")
+    rows = _rows(dataset, shape_preset(chosen, option="--shape"))
+    judged = [row for row in rows if not _has_seen(predictor.trained_on, dataset, row)]
+    if len(judged) < len(rows):
+        why = "the network was trained on them" if predictor.trained_on else "it is not known what it was trained on"
+        verb = "are left out" if protocol == "held-out" else "are in-sample"
+        say(f"{len(rows) - len(judged)} of {len(rows)} recordings {verb}: {why}.")
+    say(STAMPS[protocol])
+    if protocol == "in-sample":
+        judged = rows
+    if not judged:
+        raise ArgumentError("no recording is left to judge; `--protocol in-sample` judges all of them")
+    found = judge_mass(predictor, judged)
+    show(f"Container mass ({protocol}): MAPE in %, challenge score s7 in %", mass_table(found))
     mean_g = sum(row.mass_g for row in rows) / len(rows)
-    show(f"For comparison: always the mean, {mean_g:.1f} g", mass_table(judged.assign(mass_g=mean_g)))
+    show(f"For comparison: always the dataset's mean, {mean_g:.1f} g", mass_table(found.assign(mass_g=mean_g)))
 
 
-def _rows(root: Path) -> "list[MassRow]":
+def _has_seen(trained_on: "TrainedOn | None", dataset: "Dataset", row: "MassRow") -> bool:
+    return trained_on is None or trained_on.has_seen(dataset[row.recording_id])
+
+
+def _rows(dataset: "Dataset", shape: "ShapeParameters") -> "list[MassRow]":
     """What the network sees of every recording with an annotated container mass.
 
     Raises:
         FileError: there is none.
     """
-    from corsmal.dataset import open_dataset
     from corsmal.stages.mass_rows import mass_rows
     from corsmal.store import Store
 
     with progress_bar("recordings") as progress:
-        rows = list(mass_rows(list(open_dataset(root)), store=Store(), progress=progress))
+        rows = list(mass_rows(list(dataset), store=Store(), shape=shape, progress=progress))
     if not rows:
-        raise FileError(root, "has no recording with an annotated container mass")
+        raise FileError(dataset.root, "has no recording with an annotated container mass")
     return rows

@@ -15,6 +15,9 @@ TYPE_NAMES = FILLINGS
 LEVEL_NAMES = LEVELS
 """Names of the filling levels 0 to 2, in the order of the level logits."""
 
+NAMES = {"filling_type": TYPE_NAMES, "filling_level": LEVEL_NAMES}
+"""The classes' names by the annotation's column."""
+
 FEASIBLE_PAIRS = ((0, 0), (1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
 """The (type, level) pairs that exist: nothing is empty, and a filling is half or full."""
 

@@ -16,7 +16,7 @@ from corsmal.filling.folds import PAPER_FOLDS, spread_folds
 from corsmal.filling.loop import fit_network, kept_epoch
 from corsmal.filling.network import read_filling, save_filling
 from corsmal.filling.recipe import FillingTraining, Preset
-from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
+from corsmal.filling.records import NAMES
 from corsmal.filling.samples import FillingSample
 
 RETRAINED = 2
@@ -52,7 +52,7 @@ def train_filling(
         The file with the weights, for ``FillingPredictor``; when it is there already, nothing is trained.
 
     Raises:
-        ArgumentError: there are no recordings, they differ in channels or features, or lack a class.
+        ArgumentError: there are no recordings, they differ in channels or features, or all have one type or one level.
         FileError: the folder cannot be written, or holds another run, or a broken file.
     """
     training = preset if isinstance(preset, FillingTraining) else FillingTraining.of(preset)
@@ -118,6 +118,16 @@ def hold_out(
     return kept, [sample for sample, out in zip(samples, held, strict=True) if out]
 
 
+def missing_classes(samples: Sequence[FillingSample]) -> list[str]:
+    """The types and levels of which there is no sample: a network that is trained on these will not name them."""
+    return [
+        classes[number]
+        for name, classes in NAMES.items()
+        for number in range(len(classes))
+        if number not in {getattr(sample, name) for sample in samples}
+    ]
+
+
 def _check(samples: Sequence[FillingSample], validation: Sequence[FillingSample]) -> tuple[int, int, int]:
     """The samples' shape, T aside."""
     if not samples:
@@ -128,11 +138,10 @@ def _check(samples: Sequence[FillingSample], validation: Sequence[FillingSample]
         if (found[0], found[2]) != (first[0], first[2]):
             where = f"{first} of {samples[0].recording_id} and {found} of {sample.recording_id}"
             raise ArgumentError(f"features of all samples must have the same channels and width, got {where}")
-    for name, classes in (("filling_type", TYPE_NAMES), ("filling_level", LEVEL_NAMES)):
-        absent = set(range(len(classes))) - {getattr(sample, name) for sample in samples}
-        if absent:
-            missing = ", ".join(classes[number] for number in sorted(absent))
-            raise ArgumentError(f"samples must hold every {name}: there is nothing to learn {missing} from")
+    for name, classes in NAMES.items():
+        own = {getattr(sample, name) for sample in samples}
+        if len(own) < 2:
+            raise ArgumentError(f"samples must hold two classes of {name} or more, got {classes[own.pop()]} only")
     return first
 
 

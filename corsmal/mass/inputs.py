@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from corsmal.mass.network import SIDE_PX, MassConfig, Resize
 from corsmal.mass.records import RestoredMask
-from corsmal.mass.restoration import PADDING_PX, restore_mask
+from corsmal.mass.restoration import restore_mask
 
 Floats = NDArray[np.float32]
 
@@ -40,7 +40,6 @@ def mass_input(
     width_bottom_mm: float | None,
     height_mm: float | None,
     mm_per_px: float | None = None,
-    padding_px: int = PADDING_PX,
 ) -> MassInput:
     """Restore a mask and bring it and the dimensions into the network's form.
 
@@ -51,7 +50,6 @@ def mass_input(
         width_bottom_mm: mm.
         height_mm: mm.
         mm_per_px: mm that a pixel of the mask spans at the container, see ``mm_per_pixel``; used with ``with_scale``.
-        padding_px: around the mask's box.
 
     Returns:
         The input; with a ``reason`` where the mask is empty or a number is missing or not positive. A mask that could
@@ -60,7 +58,7 @@ def mass_input(
     Raises:
         ArgumentError: as ``restore_mask``.
     """
-    restored = restore_mask(mask, padding_px=padding_px, axis=config.axis)
+    restored = restore_mask(mask, padding_px=config.padding_px, axis=config.axis)
     if not restored.cropped.size:
         return MassInput(restored, None, (), restored.reason)
     image, scale = square_image(restored.cropped, resize=config.resize)

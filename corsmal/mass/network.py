@@ -10,6 +10,7 @@ from torch import Tensor, nn
 
 from corsmal.errors import ArgumentError
 from corsmal.mass.axis import AXIS_RULES, AxisRule
+from corsmal.mass.restoration import PADDING_PX
 from corsmal.weights import read_network, save_network
 
 SIDE_PX = 112
@@ -39,9 +40,10 @@ class MassConfig:
             ln(1 + mass), so that the error of a light container counts as much as that of a heavy one. With the
             logarithm the dimensions and the scale are given as logarithms too.
         axis: the rule that masks are restored by.
+        padding_px: pixels that are added on each side of a mask's box before it is restored.
 
     Raises:
-        ArgumentError: a width is not a positive whole number, or there is no such choice.
+        ArgumentError: a width is not a positive whole number, the padding is negative, or there is no such choice.
     """
 
     channels: tuple[int, ...] = (16, 32, 32, 64)
@@ -50,6 +52,7 @@ class MassConfig:
     with_scale: bool = False
     target: Target = "mass"
     axis: AxisRule = "base"
+    padding_px: int = PADDING_PX
 
     def __post_init__(self) -> None:
         widths = (*self.channels, *self.hidden)
@@ -57,6 +60,8 @@ class MassConfig:
             raise ArgumentError(f"config must have {BLOCKS} channels and 2 hidden widths, got {self}")
         if not all(type(width) is int and width > 0 for width in widths) or type(self.with_scale) is not bool:
             raise ArgumentError(f"config must hold positive whole numbers and a bool with_scale, got {self}")
+        if type(self.padding_px) is not int or self.padding_px < 0:
+            raise ArgumentError(f"padding_px must be a whole number of pixels, 0 or more, got {self.padding_px!r}")
         for name, choices in (("resize", get_args(Resize)), ("target", get_args(Target)), ("axis", AXIS_RULES)):
             if getattr(self, name) not in choices:
                 raise ArgumentError(f"{name} must be one of {', '.join(choices)}, got {getattr(self, name)!r}")

@@ -10,7 +10,6 @@ from corsmal.dataset import TrainedOn
 from corsmal.mass.inputs import MassInput, mass_input
 from corsmal.mass.network import MassConfig, read_mass
 from corsmal.mass.records import MassPrediction
-from corsmal.mass.restoration import PADDING_PX
 from corsmal.weights import choose_device, file_sha256, read_training
 
 
@@ -32,15 +31,15 @@ class MassPredictor:
 
     def __init__(self, weights: Path, *, device: str | None = None) -> None:
         self._device = choose_device(device)
-        self._model = read_mass(weights).to(self._device)
+        self.model = read_mass(weights).to(self._device)
         self.name = f"mass network, weights {weights.name}"
         self.digest = f"mass network {file_sha256(weights)}"
         self.trained_on = TrainedOn.from_json(read_training(weights, "mass"))
 
     @property
     def config(self) -> MassConfig:
-        """Of the network: among others how it restores masks, and whether it needs ``mm_per_px``."""
-        return self._model.config
+        """Of the network: among others how masks are restored for it, and whether it needs ``mm_per_px``."""
+        return self.model.config
 
     def predict(
         self,
@@ -50,7 +49,6 @@ class MassPredictor:
         width_bottom_mm: float | None,
         height_mm: float | None,
         mm_per_px: float | None = None,
-        padding_px: int = PADDING_PX,
     ) -> MassPrediction:
         """The mass of the container that a mask shows.
 
@@ -61,14 +59,13 @@ class MassPredictor:
             height_mm: mm.
             mm_per_px: mm that a pixel of the mask spans at the container, see ``mm_per_pixel``; needed where
                 ``config.with_scale``, else not used.
-            padding_px: around the mask's box (paper 3.3).
 
         Returns:
             The prediction; ``ok`` is false, with a reason, where the mask is empty, or a number that the network
             needs is missing or not positive. The restored mask and the network's image are there all the same.
 
         Raises:
-            ArgumentError: the mask is not a bool image, or the padding is negative.
+            ArgumentError: the mask is not a bool image.
         """
         given = mass_input(
             mask,
@@ -77,7 +74,6 @@ class MassPredictor:
             width_bottom_mm=width_bottom_mm,
             height_mm=height_mm,
             mm_per_px=mm_per_px,
-            padding_px=padding_px,
         )
         mass_g = None if given.reason else self._ask(given)
         return MassPrediction(mass_g, given.reason, given.restored, given.image)
@@ -86,4 +82,4 @@ class MassPredictor:
     def _ask(self, given: MassInput) -> float:
         image = torch.from_numpy(given.image)[None, None]  # (1, 1, 112, 112)
         numbers = torch.tensor([given.numbers], dtype=torch.float32)
-        return float(self._model(image.to(self._device), numbers.to(self._device)))
+        return float(self.model(image.to(self._device), numbers.to(self._device)))

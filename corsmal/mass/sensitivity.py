@@ -44,8 +44,8 @@ def predict_with_changes(
     Returns:
         The prediction, and for each number that the network takes the masses (n,) as it changes; empty without a mass.
     """
-    config = replace(MassConfig.paper() if model is None else model.config, axis=axis)
-    given = mass_input(mask, config=config, **{name: numbers[name] for name in NUMBERS}, padding_px=padding_px)
+    config = replace(MassConfig.paper() if model is None else model.config, axis=axis, padding_px=padding_px)
+    given = mass_input(mask, config=config, **{name: numbers[name] for name in NUMBERS})
     if model is None or given.image is None or given.reason:
         return MassPrediction(None, given.reason or "there are no weights", given.restored, given.image), {}
     curves = mass_sensitivity(model, given.image, given.numbers, changes=changes)

@@ -1,7 +1,7 @@
 """The container mass of a reproduction: predictions by networks that have not seen the recording, and the final one."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -75,9 +75,7 @@ def final_mass_network(
 
 def identity_of(rows: "Sequence[MassRow]") -> str:
     """A digest of what a mass network is given."""
-    return digest(
-        [(row.recording_id, row.container, row.mass_g, row.mask, row.mm_per_px, row.width_top_mm) for row in rows]
-    )
+    return digest([[getattr(row, field.name) for field in fields(row)] for row in rows])
 
 
 def _out_of_fold(

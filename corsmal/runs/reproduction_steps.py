@@ -13,12 +13,13 @@ from corsmal.errors import ArgumentError, CorsmalError
 from corsmal.estimation import TrainingMeans
 from corsmal.runs.making import make_run
 from corsmal.runs.reproduction_mass import KEY_DIGITS, final_mass_network, identity_of, mass_predictions
+from corsmal.runs.reproduction_notes import filling_notes, mass_notes
 from corsmal.runs.reproduction_results import STOPPED, CancelledError, Results, TestResult
 from corsmal.runs.reproduction_rows import reproduction_rows
 from corsmal.runs.reproduction_settings import ReproductionSettings, is_filmed
-from corsmal.stages.estimates import shape_name
 from corsmal.stages.mass_rows import mass_rows
 from corsmal.stages.settings import EstimateSettings
+from corsmal.stages.training_facts import training_record
 from corsmal.stages.version import METHOD_VERSION
 from corsmal.store import Store, digest
 from corsmal.weights import find_weights
@@ -162,10 +163,13 @@ class Work:
         key = digest("filling", METHOD_VERSION, self._settings.filling, self._settings.folds, is_paper)
         folder = self._out / "filling" / f"{self._settings.protocol}-{key[:KEY_DIGITS]}"
         try:
+            folds = folds_by_container(known) if by_container else spread_folds(known)
+            for note in filling_notes(known, folds):
+                self._note(note)
             predictions = cross_validate(
                 folder,
                 samples,
-                folds=folds_by_container(known) if by_container else spread_folds(known),
+                folds=folds,
                 preset=self._settings.filling,
                 seeds=range(self._settings.seeds),
                 validation="fold" if is_paper else "inner",
@@ -184,9 +188,7 @@ class Work:
         return predictions, first[first["fold"] == min(losses, key=losses.__getitem__)]
 
     def _trained_on(self) -> TrainedOn:
-        means = self._means()
-        facts = {"shape": shape_name(self._settings.shape)} | ({} if means is None else {"means": asdict(means)})
-        return replace(TrainedOn.of(self._dataset, features=self._features), facts=facts)
+        return training_record(self._dataset, shape=self._settings.shape, features=self._features)
 
     def _mass_rows(self, geometry: pd.DataFrame) -> "list[MassRow]":
         ids = list(geometry["recording_id"])
@@ -202,6 +204,8 @@ class Work:
     def _mass(self, rows: "list[MassRow]") -> pd.DataFrame | None:
         """Predictions of the cross-validation, or of the paper's own split."""
         self._step("mass", 0.0)
+        for note in mass_notes(rows, share=self._settings.mass.validation):
+            self._note(note)
         try:
             return mass_predictions(
                 rows,

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError, FileError
 from corsmal.estimation import Estimate, TrainingMeans, estimate
-from corsmal.parameters import SHAPE_PRESETS, SelectionParameters, ShapeParameters
+from corsmal.parameters import SelectionParameters, ShapeParameters
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
 from corsmal.stages.fits import calibration_fingerprints
+from corsmal.stages.training_facts import shape_name, trained_shape
 from corsmal.stages.version import METHOD_VERSION
 from corsmal.store import Store, digest, file_fingerprint
 
@@ -107,11 +108,6 @@ def estimate_row(
     return {**row, **columns, "notes": "; ".join(filter(None, [*detections.notes, row["notes"], *notes]))}
 
 
-def shape_name(shape: ShapeParameters) -> str:
-    """How a network's training names the parameters that its dimensions come from: a preset, or a digest."""
-    return next((name for name, preset in SHAPE_PRESETS.items() if preset == shape), digest(shape))
-
-
 def _spoken(recording: Recording, predictors: Predictors) -> tuple[dict[str, Any], list[str]]:
     """Which networks gave the row's numbers, whether they are held out, and what is to be said about that."""
     columns: dict[str, Any] = {}
@@ -127,9 +123,9 @@ def _spoken(recording: Recording, predictors: Predictors) -> tuple[dict[str, Any
         if trained_on.is_synthetic and not recording.is_synthetic:
             columns[f"{name}_weights"] += SYNTHETIC
             notes.append(f"{name}: the network was trained on synthetic recordings only")
-        shape = trained_on.facts.get("shape")
+        shape = trained_shape(trained_on)
         if shape is not None and shape != shape_name(predictors.shape):
-            notes.append(f"{name}: the network was trained on dimensions of another shape preset")
+            notes.append(f"{name}: the network was trained on dimensions of the shape preset {shape}")
     return columns, notes
 
 

@@ -9,32 +9,27 @@ import plotly.graph_objects as go
 import streamlit as st
 from numpy.typing import NDArray
 
-from corsmal.dataset import Recording
-from corsmal.digests import file_fingerprint
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.estimation import Estimate, Fit, mass_inputs
 from corsmal.figures.report import Pin
 from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
 from corsmal.mass import AxisRule, MassPrediction, filling_mass_g
-from corsmal.mass.restoration import PADDING_PX
 from corsmal.parameters import FRONTAL_VIEW
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame
 from corsmal.ui import session
 from corsmal.ui.amounts import filling_text, grams, mass_error, total
-from corsmal.ui.caching import cached
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.filling import sound
-from corsmal.ui.linked_plot import PlotEvent, Slider, linked_plot
+from corsmal.ui.linked_plot import Slider, linked_plot
+from corsmal.ui.mass_network import PADDING, PADDING_MAX_PX
 from corsmal.ui.messages import guarded, plain
-from corsmal.ui.one_of import one_of
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.pins import pin_button
-from corsmal.weights import WeightsFile, find_weights
 
 if TYPE_CHECKING:
-    from corsmal.mass import MassModel
+    from corsmal.mass import MassPredictor
 
 Mask = NDArray[np.bool_]
 Numbers = dict[str, float | None]
@@ -42,8 +37,8 @@ Numbers = dict[str, float | None]
 CHANGES = np.linspace(-0.3, 0.3, 25)
 """Relative changes of the numbers whose effect is drawn; the one in the middle is none."""
 
-PADDING, TYPED = "mass_padding_px", "mass_numbers"
-PADDING_MAX_PX, LOW, HIGH = 80, 0.01, 20_000.0
+TYPED = "mass_numbers"
+LOW, HIGH = 0.01, 20_000.0
 INPUTS = {
     "width_top_mm": ("w_t", "top width (mm)"),
     "width_bottom_mm": ("w_b", "bottom width (mm)"),
@@ -51,48 +46,6 @@ INPUTS = {
     "mm_per_px": ("s", "scale (mm per pixel)"),
     "capacity_ml": ("C", "capacity (mL), for the filling"),
 }
-RULES: dict[AxisRule, str] = {"base": "base (paper)", "whole": "whole outline"}
-
-
-def open_network(recording: Recording) -> "MassModel | None":
-    """The network, with a note on what the bundled one is worth on a real recording; None where it cannot be read."""
-    file = find_weights("mass")
-    with guarded():
-        network = _network(file, file_fingerprint(file.path) if file.path.is_file() else "absent")
-        if file.is_bundled and not recording.is_synthetic:
-            st.info(
-                "The bundled network was trained on **synthetic** containers only: on a real recording its mass is a "
-                "guess. Train your own with `python -m corsmal train mass ROOT RUN`, and set `CORSMAL_MASS_WEIGHTS` "
-                "to its weights.",
-                icon=":material/science:",
-            )
-        return network
-    return None
-
-
-@cached(4, key=lambda *file_and_fingerprint: file_and_fingerprint, spinner="Reading the mass network")
-def _network(file: WeightsFile, fingerprint: str) -> "MassModel":
-    del fingerprint
-    from corsmal.mass import read_mass  # noqa: PLC0415 - loads PyTorch, which takes seconds
-
-    return read_mass(file.path)
-
-
-def axis_control(network: "MassModel | None") -> AxisRule:
-    """Choose how the axis is found; at first as for the network's training."""
-    trained: AxisRule = "base" if network is None else network.config.axis
-    text = (
-        "`base`: perpendicular to the lower edge, through its middle. `whole`: the axis about which most of the "
-        f"outline is symmetric, whatever the base. The network was trained with `{trained}`."
-    )
-    return one_of("Axis from", RULES, key="mass_axis", default=trained, help_text=text)
-
-
-def dragged_padding_px(event: PlotEvent) -> int:
-    """The padding around the mask's box after what the user dragged, within the limits; at first the paper's."""
-    padding = event.values.get("padding_px", st.session_state.get(PADDING, PADDING_PX))
-    st.session_state[PADDING] = int(min(max(round(padding), 0), PADDING_MAX_PX))
-    return int(st.session_state[PADDING])
 
 
 def fitted_inputs(opened: OpenedRecording, best: BestFrame, fit: Fit) -> tuple[Mask, Numbers] | None:
@@ -120,12 +73,13 @@ def chosen_numbers(opened: OpenedRecording, fit: Fit, fitted: Numbers) -> Number
 
 
 def predict(
-    mask: Mask, numbers: Numbers, *, network: "MassModel | None", axis: AxisRule, padding_px: int
+    mask: Mask, numbers: Numbers, *, network: "MassPredictor | None", axis: AxisRule, padding_px: int
 ) -> tuple[MassPrediction, dict[str, NDArray[np.float64]]]:
     """The prediction, and the masses as each number changes by ``CHANGES``."""
     from corsmal.mass.sensitivity import predict_with_changes  # noqa: PLC0415 - as above
 
-    return predict_with_changes(network, mask, numbers, changes=CHANGES, axis=axis, padding_px=padding_px)
+    model = None if network is None else network.model
+    return predict_with_changes(model, mask, numbers, changes=CHANGES, axis=axis, padding_px=padding_px)
 
 
 def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_ml: float | None) -> None:

@@ -18,6 +18,7 @@ from corsmal.estimation import container_mask, fit_frame
 from corsmal.filling import FillingPredictor
 from corsmal.filling.features import recording_features
 from corsmal.mass import AxisRule, MassConfig, MassModel, MassPredictor, mm_per_pixel, restore_mask, save_mass
+from corsmal.mass.restoration import PADDING_PX
 from corsmal.parameters import SelectionParameters
 from corsmal.stages.detections import load_detections
 from corsmal.store import Store
@@ -66,8 +67,10 @@ def fitted(sound_root: Path, tmp_path: Path) -> dict[str, Any]:
     return {"mask": mask, "mm_per_px": scale} | {name: getattr(fit.dimensions, name) for name in NUMBERS}
 
 
-def predicted_g(weights: Path, fitted: dict[str, Any], **changes: Any) -> float:
-    mass_g = MassPredictor(weights).predict(**(fitted | changes)).mass_g
+def predicted_g(weights: Path, fitted: dict[str, Any], *, padding_px: int = PADDING_PX, **changes: Any) -> float:
+    predictor = MassPredictor(weights)
+    predictor.model.config = replace(predictor.config, padding_px=padding_px)
+    mass_g = predictor.predict(**(fitted | changes)).mass_g
     assert mass_g is not None
     return mass_g
 
@@ -121,6 +124,7 @@ def test_padding_is_dragged(visitor: Visitor, weights: Path, fitted: dict[str, A
     assert visitor.metrics["Container mass"] == grams(predicted_g(weights, fitted, padding_px=40))
     assert visitor.plots["restoration"]["sliders"][0]["value"] == 40
     assert network_input(visitor).mean() < before.mean()
+    assert "was trained with a padding of 15 px: with other choices" in visitor.sentences
 
 
 @pytest.mark.parametrize(("value", "used"), [(1e12, 80), (-3, 0), (7.6, 8)])

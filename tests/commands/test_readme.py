@@ -93,6 +93,18 @@ class Place:
         return write_networks(self.folder)
 
     @cached_property
+    def others(self) -> Path:
+        """Other recordings of the same numbers: one frame more."""
+        return write_tiny_dataset(self.folder / "TEST", frames=3)
+
+    @cached_property
+    def mass_network(self) -> Path:
+        """A network that has seen every recording of the dataset."""
+        folder = self.run_of("train mass")
+        run(["train", "mass", str(self.dataset), str(folder), "--epochs", "2"])
+        return folder / "mass.safetensors"
+
+    @cached_property
     def estimates(self) -> Path:
         run(["estimate", str(self.dataset), "--run", RUN_NAME, "--out", str(self.table), "--workers", "1"])
         return self.table
@@ -127,7 +139,8 @@ class Place:
             "OUT": lambda: self.folder / "OUT",
             "NAME": lambda: RUN_NAME,
             "RUN": lambda: self.run_of(words_of(line)),
-            "RUN/mass.safetensors": lambda: self.networks["mass"],
+            "RUN/mass.safetensors": lambda: self.mass_network,
+            "TEST": lambda: self.others,
             "000618": lambda: DETECTED_HERE,
             "estimates.csv": lambda: self.table,
             "table.tex": lambda: self.folder / "table.tex",
@@ -297,14 +310,36 @@ def _(place: Place, arguments: list[str]) -> None:
         mask, width_top_mm=90.0, width_bottom_mm=70.0, height_mm=120.0, mm_per_px=2.0
     )
     assert predicted.mass_g is not None
+    folder = place.folder / "otherwise"
+    options = ["--epochs", "1", "--shape", "lode", "--axis", "whole", "--padding", "9"]
+    run(["train", "mass", str(place.dataset), str(folder), *options])
+    network = MassPredictor(folder / "mass.safetensors")
+    assert (network.config.axis, network.config.padding_px) == ("whole", 9)
+    assert network.trained_on is not None
+    assert network.trained_on.facts["shape"] == "lode"
+    assert network.trained_on.facts["means"]["source"] == place.dataset.name
 
 
 @check("evaluate mass")
-def _(_: Place, arguments: list[str]) -> None:
+def _(place: Place, arguments: list[str]) -> None:
     output = run(arguments)
-    average = next(line.split() for line in output.splitlines() if line.startswith("average"))
-    assert average[1] == str(RECORDINGS)
-    assert "always the mean" in output
+    assert "no number comes from a network that was trained on the recording" in output
+    assert judged(output) == len(open_dataset(place.others))
+    assert "always the dataset's mean" in output
+    weights = str(place.mass_network)
+    own = CliRunner().invoke(cli.app, ["evaluate", "mass", str(place.dataset), weights])
+    assert own.exit_code != 0
+    assert f"{RECORDINGS} of {RECORDINGS} recordings are left out: the network was trained on them" in own.output
+    assert "no recording is left to judge" in str(own.exception)
+    stamped = run(["evaluate", "mass", str(place.dataset), weights, "--protocol", "in-sample", "--shape", "tuned"])
+    assert judged(stamped) == RECORDINGS
+    assert "In-sample" in stamped
+    assert "trained on dimensions of the shape preset paper; these are of tuned" in stamped
+
+
+def judged(output: str) -> int:
+    """How many recordings the average of a mass table is over."""
+    return int(next(line.split()[1] for line in output.splitlines() if line.startswith("average")))
 
 
 @check("train wall")

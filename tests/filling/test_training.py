@@ -8,7 +8,7 @@ from corsmal.errors import ArgumentError, FileError
 from corsmal.filling import FillingPredictor, FillingSample, read_filling, train_filling
 from corsmal.filling import training as training_file
 from corsmal.filling.loop import kept_epoch
-from corsmal.filling.training import hold_out, part_of
+from corsmal.filling.training import hold_out, missing_classes, part_of
 from tests.filling.made import JOINT, PAPER, SMALL, made_features, made_samples, same, state
 
 SHORT = replace(JOINT, networks=(SMALL, replace(SMALL, standardise=False)), epochs=2)
@@ -146,10 +146,17 @@ def test_held_out_recordings_are_of_every_configuration():
     assert (len(kept), len(held), len(set(pairs))) == (60, 10, 7)
 
 
-@pytest.mark.parametrize(("filling", "message"), [(3, "learn water from"), (0, "learn none from")])
-def test_class_that_is_missing_is_named(tmp_path, filling, message):
+@pytest.mark.parametrize(("filling", "names"), [(3, ["water"]), (0, ["none", "empty"])])
+def test_classes_that_are_missing_are_named_and_the_others_learnt(tmp_path, filling, names):
     samples = [sample for sample in made_samples(28) if sample.filling_type != filling]
-    with pytest.raises(ArgumentError, match=message):
+    assert missing_classes(samples) == names
+    path = train_filling(tmp_path, samples, preset=SHORT)
+    assert FillingPredictor(path).predict(samples[0].features).ok
+
+
+def test_a_single_class_is_refused(tmp_path):
+    samples = [sample for sample in made_samples(28) if sample.filling_type == 0]
+    with pytest.raises(ArgumentError, match="two classes of filling_type or more, got none only"):
         train_filling(tmp_path, samples, preset=SHORT)
 
 

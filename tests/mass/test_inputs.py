@@ -84,6 +84,6 @@ def test_an_empty_mask_has_no_image():
 
 def test_padding_is_part_of_the_image():
     mask = container(CUP)
-    shares = [mass_input(mask, config=MassConfig.paper(), padding_px=px, **SIZES).image.mean() for px in (0, 15, 60)]
+    shares = [mass_input(mask, config=MassConfig(padding_px=px), **SIZES).image.mean() for px in (0, 15, 60)]
     assert shares == sorted(shares, reverse=True)
     assert shares[0] > 2 * shares[2]

@@ -79,6 +79,8 @@ def test_presets_differ_in_what_the_paper_names_as_weak():
         {"resize": "crop"},
         {"target": "volume"},
         {"axis": "left"},
+        {"padding_px": -1},
+        {"padding_px": 1.5},
         {"with_scale": 1},
     ],
 )

@@ -47,10 +47,11 @@ def test_prediction_is_the_networks_answer(weights, mask):
 
 def test_the_mass_hangs_on_the_dimensions_and_the_padding(weights, mask):
     predictor = MassPredictor(weights)
-    masses = {
-        predictor.predict(mask, **{**SIZES, **change}).mass_g
-        for change in ({}, {"height_mm": 60.0}, {"width_top_mm": 50.0}, {"padding_px": 40})
-    }
+    changes = {}, {"height_mm": 60.0}, {"width_top_mm": 50.0}
+    masses = {predictor.predict(mask, **{**SIZES, **change}).mass_g for change in changes}
+    wider = weights.with_name("wider.safetensors")
+    save_mass(wider, made_model(replace(CONFIG, padding_px=40)))
+    masses.add(MassPredictor(wider).predict(mask, **SIZES).mass_g)
     assert len(masses) == 4
 
 

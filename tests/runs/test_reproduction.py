@@ -1,5 +1,8 @@
+import errno
 import json
+import os
 import shutil
+from pathlib import Path
 
 import pytest
 
@@ -21,12 +24,17 @@ COUNT = 21
 def write_dataset(root, *, recordings=COUNT):
     """Recordings of two frames, whose containers and fillings are spread."""
     write_tiny_dataset(root, recordings=recordings, frames=2)
+    change_annotation(root, lambda index: FILLINGS[index % len(FILLINGS)])
+    return root
+
+
+def change_annotation(root, filling):
+    """Give every recording the filling type and level of its place."""
     path = next(root.glob("*annotation.json"))
     content = json.loads(path.read_text())
     for index, row in enumerate(content["annotations"]):
-        row["filling type"], row["filling level"] = FILLINGS[index % len(FILLINGS)]
+        row["filling type"], row["filling level"] = filling(index)
     path.write_text(json.dumps(content))
-    return root
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +60,10 @@ def made(root, test_root, tmp_path_factory):
     store = Store(tmp_path_factory.mktemp("cache"))
     found = reproduce(root, out=out, settings=QUICK, tests=[test_root], store=store, progress=states.append)
     return found, states, store
+
+
+def refuse(*_args, **_options):
+    raise AssertionError("this should have been kept")
 
 
 def files_of(folder):
@@ -105,9 +117,6 @@ def test_a_second_call_trains_nothing_and_gives_the_same_bytes(made, root, test_
     found, _, store = made
     before = files_of(found.out)
 
-    def refuse(*_args, **_options):
-        raise AssertionError("this should have been kept")
-
     monkeypatch.setattr("corsmal.filling.training.fit_network", refuse)
     monkeypatch.setattr("corsmal.mass.training._fit", refuse)
     reproduce(root, out=found.out, settings=QUICK, tests=[test_root], store=store)
@@ -153,12 +162,8 @@ def test_labels_learned_by_heart_do_not_reach_the_tables(root, tmp_path, monkeyp
 
     rng = np.random.default_rng(0)
     copied = shutil.copytree(root, tmp_path / "ROOT")
-    path = next(copied.glob("*annotation.json"))
-    content = json.loads(path.read_text())
-    numbers = rng.permutation(len(content["annotations"]))
-    for row, number in zip(content["annotations"], numbers, strict=True):
-        row["filling type"], row["filling level"] = FILLINGS[number % len(FILLINGS)]
-    path.write_text(json.dumps(content))
+    numbers = rng.permutation(COUNT)
+    change_annotation(copied, lambda index: FILLINGS[numbers[index] % len(FILLINGS)])
     arrays = tmp_path / "arrays"
     arrays.mkdir()
     for index, name in enumerate(open_dataset(copied).ids):
@@ -194,6 +199,53 @@ def test_a_folder_of_another_reproduction_is_refused(made, test_root):
     found, _, store = made
     with pytest.raises(FileError, match="another dataset"):
         reproduce(test_root, out=found.out, settings=QUICK, store=store)
+
+
+def test_a_class_in_one_fold_only_is_said_and_the_others_are_judged(tmp_path):
+    root = write_dataset(tmp_path / "ROOT", recordings=12)
+    change_annotation(root, lambda index: (3, 1) if index == 0 else ((0, 0), (2, 2), (1, 1))[index % 3])
+    found = reproduce(root, out=tmp_path / "out", settings=QUICK, store=Store(tmp_path / "cache"))
+    assert any("The filling type water is in fold" in note for note in found.notes)
+    assert found.rows["filling_type"].notna().sum() == 11, found.notes  # one recording has no sound
+
+
+def test_without_any_second_class_the_rest_is_reproduced(tmp_path):
+    root = write_dataset(tmp_path / "ROOT", recordings=6)
+    change_annotation(root, lambda _: (1, 1))
+    found = reproduce(root, out=tmp_path / "out", settings=QUICK, store=Store(tmp_path / "cache"))
+    assert any("two classes of filling_type or more, got pasta only" in note for note in found.notes)
+    assert found.rows["filling_type"].isna().all()
+    assert found.rows["capacity_ml"].notna().any()
+
+
+def test_a_full_disk_at_the_report_is_one_sentence_and_costs_nothing(made, root, test_root, monkeypatch):
+    found, _, store = made
+    write_text = Path.write_text
+
+    def full(path, text, **options):
+        if "report" in path.name:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write_text(path, text, **options)
+
+    before = found.report.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_text", full)
+        with pytest.raises(FileError, match=r"report\.html.*No space left on device.*free the disk"):
+            reproduce(root, out=found.out, settings=QUICK, tests=[test_root], store=store)
+    assert found.report.read_bytes() == before
+    monkeypatch.setattr("corsmal.filling.training.fit_network", refuse)
+    reproduce(root, out=found.out, settings=QUICK, tests=[test_root], store=store)
+    assert found.report.read_bytes() == before
+    assert not [path for path in found.out.rglob("*") if path.name.startswith(".")]
+
+
+def test_a_test_set_without_annotation_has_a_submission_and_no_scores(made, root, test_root, tmp_path):
+    found, _, store = made
+    blind = shutil.copytree(test_root, tmp_path / "BLIND")
+    next(blind.glob("*annotation.json")).unlink()
+    again = reproduce(root, out=found.out, settings=QUICK, tests=[blind], store=store)
+    assert len(read_submission(again.report.parent / "submission_BLIND.csv")) == 3
+    assert "without annotation there are no scores" in again.report.read_text(encoding="utf-8")
 
 
 def test_a_dataset_without_annotation_is_refused(root, tmp_path):

@@ -84,7 +84,7 @@ def test_dimensions_of_another_preset_than_the_mass_network_learned_from_are_nam
         load_estimate(dataset["000000"], Predictors(shape=shape, mass=mass), store=store)
         for shape in (PAPER, ShapeParameters.lode())
     ]
-    assert ["another shape preset" in row["notes"] for row in rows] == [False, True]
+    assert ["of the shape preset" in row["notes"] for row in rows] == [False, True]
 
 
 def test_weights_hand_on_the_means_of_their_training_set(dataset, tmp_path):
