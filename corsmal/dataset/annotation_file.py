@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from corsmal.dataset.annotation import CONTAINERS, FILLINGS, LEVELS, Annotation, Kind
 from corsmal.errors import FileError
 
@@ -105,6 +107,8 @@ def read_annotations(root: Path, names: Iterable[str]) -> Annotations:
 
 def recording_id(value: object) -> str | None:
     """The id of a recording (six digits for a number), or None for what can be none."""
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if isinstance(value, bool) or not isinstance(value, int | str):
@@ -166,10 +170,10 @@ def _collect(
     if without_id:
         problems.append(f"{without_id} of {len(rows)} rows have no usable 'id' and were left out")
     if repeated:
-        problems.append(f"{_listed(repeated)} appears more than once; the first row was taken")
+        problems.append(f"{listed(repeated)} appears more than once; the first row was taken")
     for key, names in unusable.items():
         if names:
-            problems.append(f"{key!r} is missing or unusable for {_listed(names)}")
+            problems.append(f"{key!r} is missing or unusable for {listed(names)}")
     return by_id, problems
 
 
@@ -190,7 +194,8 @@ def _annotation(
     return Annotation(**values, container=container, kind=kind)
 
 
-def _listed(names: list[str]) -> str:
-    """Up to three ids, and how many more."""
+def listed(names: Iterable[str]) -> str:
+    """Up to three recordings, and how many more."""
+    names = list(names)
     shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
     return f"recording {shown}" if len(names) == 1 else f"recordings {shown}"

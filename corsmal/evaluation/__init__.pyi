@@ -33,13 +33,11 @@ from .published import leaderboard as leaderboard
 from .published import leaderboard_row as leaderboard_row
 from .published import leaderboard_with as leaderboard_with
 from .published import paper_table_2 as paper_table_2
-from .published import paper_table_3 as paper_table_3
 from .recordings import error_table as error_table
 from .splits import SPLITS as SPLITS
 from .splits import find_split as find_split
 from .submission import SUBMISSION_COLUMNS as SUBMISSION_COLUMNS
 from .submission import check_submission as check_submission
-from .submission import read_submission as read_submission
 from .submission import submission_csv as submission_csv
 from .submission import submission_table as submission_table
 from .submission import write_submission as write_submission

@@ -18,18 +18,13 @@ LEVEL_PERCENT = (2.5, 97.5)
 
 
 def draw_weights(recordings: int, *, resamples: int, rng: np.random.Generator) -> Floats:
-    """How often each recording of a container counts.
+    """How often each of a container's n recordings counts: once in row 0, as drawn in the rows after it.
 
     n − 1 of the n recordings are drawn with replacement: one less than there are, so that the spread is right for few
     recordings too (Rao and Wu, 1988).
 
-    Args:
-        recordings: n, at least 1.
-        resamples: number of draws, at least 100.
-        rng: draws.
-
     Returns:
-        (1 + resamples, n): once each in row 0, as drawn in the rows after it.
+        (1 + resamples, n).
 
     Raises:
         ArgumentError: resamples is below 100.
@@ -63,11 +58,9 @@ def weighted_metric(errors: pd.DataFrame, metric: str, weights: Floats, *, count
 
 
 def interval(values: Floats, *, has_spread: bool) -> tuple[float, float]:
-    """The 95 % interval of what ``weighted_metric`` gives, NaN without a spread.
+    """The 95 % interval of (1 + resamples,) values of ``weighted_metric``, NaN without a spread.
 
-    Args:
-        values: (1 + resamples,), the first of the recordings as they are.
-        has_spread: false for a container with a single recording, and for averages over one.
+    A container with a single recording has none, nor has an average over one.
     """
     drawn = values[1:][np.isfinite(values[1:])]
     if not has_spread or not len(drawn):

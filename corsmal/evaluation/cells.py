@@ -67,11 +67,7 @@ def cell_table(errors: pd.DataFrame, *, rng: np.random.Generator, resamples: int
 
 
 def comparison_note(cells: pd.DataFrame) -> str:
-    """What the published averages are compared over; empty where both tables have the same containers.
-
-    Args:
-        cells: from ``cell_table``.
-    """
+    """What the published averages are compared over, from ``cell_table``; empty where both have the same containers."""
     whole = paper_table_2()["container_id"].count()
     own = cells[cells["value"].notna() & cells["container_id"].notna()].value_counts(["protocol", "metric"])
     unlike: dict[str, dict[str, str]] = {}

@@ -107,19 +107,13 @@ def challenge_scores(
     return result
 
 
-def overall_score(scores: Mapping[str, Score], *, simulator: Score | float = 0.0) -> Score:
-    """The challenge's overall score.
+def overall_score(scores: Mapping[str, Score]) -> Score:
+    """The challenge's overall score without the simulator, from ``s1`` to ``s8`` in %, numbers or a table's columns.
 
-    Args:
-        scores: ``s1`` to ``s8`` in %, as numbers, or as a table's columns for many at once.
-        simulator: (s9 + s10) in %, times the share of the five tasks (level, type, capacity, mass, dimensions) that
-            were attempted.
-
-    Returns:
-        The mean of eight: level, type, capacity, dimensions, container mass, filling mass, s9 and s10; in %.
+    The mean of eight: level, type, capacity, dimensions, container mass, filling mass, and 0 for each of s9 and s10.
     """
     dimensions = (scores["s4"] + scores["s5"] + scores["s6"]) / 3
-    return (scores["s1"] + scores["s2"] + scores["s3"] + dimensions + scores["s7"] + scores["s8"] + simulator) / 8
+    return (scores["s1"] + scores["s2"] + scores["s3"] + dimensions + scores["s7"] + scores["s8"]) / 8
 
 
 def _task_score(truth: pd.Series, estimates: pd.Series) -> float:

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from corsmal.dataset.annotation import CONTAINERS
-from corsmal.dataset.annotation_file import recording_id
+from corsmal.dataset.annotation_file import listed, recording_id
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE
 from corsmal.quantities import MEASURED, QUANTITIES
@@ -54,7 +54,7 @@ def truth_table(annotation: pd.DataFrame) -> pd.DataFrame:
     """
     if not isinstance(annotation, pd.DataFrame):
         raise ArgumentError(f"annotation must be a pandas DataFrame, got {type(annotation).__name__}")
-    ids = [as_recording_id(value) for value in _id_values(annotation, ("recording_id", "id"), "annotation")]
+    ids = [recording_id(value) for value in _id_values(annotation, ("recording_id", "id"), "annotation")]
     if not ids:
         raise ArgumentError("annotation has no rows")
     if None in ids or len(set(ids)) < len(ids):
@@ -77,7 +77,7 @@ def truth_table(annotation: pd.DataFrame) -> pd.DataFrame:
 
 
 def rows_of(table: pd.DataFrame, recordings: pd.Index, *, id_column: str, what: str) -> Checked:
-    """The rows of a table that belong to wanted recordings, one each, indexed by recording id.
+    """The rows of a table that belong to wanted recordings, one each, indexed by recording id, columns as they are.
 
     Args:
         table: has ``id_column`` as a column or as its index; 618 and "618" mean "000618".
@@ -85,15 +85,12 @@ def rows_of(table: pd.DataFrame, recordings: pd.Index, *, id_column: str, what: 
         id_column: name of the column with the recordings' ids.
         what: what messages call the table.
 
-    Returns:
-        The rows in their order, all columns as they are.
-
     Raises:
         ArgumentError: it is no table, has no ids, or none of the wanted recordings.
     """
     if not isinstance(table, pd.DataFrame):
         raise ArgumentError(f"{what} must be a pandas DataFrame, got {type(table).__name__}")
-    ids = pd.Series([as_recording_id(value) for value in _id_values(table, (id_column,), what)], dtype="object")
+    ids = pd.Series([recording_id(value) for value in _id_values(table, (id_column,), what)], dtype="object")
     is_unusable, is_foreign = ids.isna(), ids.notna() & ~ids.isin(recordings)
     is_repeated = ids.duplicated() & ~is_unusable
     notes = []
@@ -118,26 +115,14 @@ def numbers_of(rows: pd.DataFrame, columns: Mapping[str, str], *, what: str) -> 
         what: what messages call the table.
 
     Returns:
-        The wanted columns as float; NaN where there is no such column, or something that is no estimate: −1, nothing,
-        text, a negative or infinite number, a class number that there is not.
+        Float; NaN where there is no such column, or something that is no estimate: −1, nothing, text, a negative or
+        infinite number, a class number that there is not.
     """
     found, notes = {}, []
     for shown, name in columns.items():
         found[name], note = _column(rows, shown, name)
         notes += [f"{what}: {note}"] if note else []
     return Checked(pd.DataFrame(found, index=rows.index), tuple(notes))
-
-
-def as_recording_id(value: Any) -> str | None:
-    """The id of a recording, six digits for a number, or None for what can be none."""
-    return recording_id(value.item() if isinstance(value, np.generic) else value)
-
-
-def listed(names: Iterable[str]) -> str:
-    """Up to three recordings, and how many more."""
-    names = list(names)
-    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return f"recording {shown}" if len(names) == 1 else f"recordings {shown}"
 
 
 def _id_values(table: pd.DataFrame, names: Iterable[str], what: str) -> list[Any]:

@@ -7,14 +7,9 @@ from typing import Any
 
 import pandas as pd
 
+from corsmal.dataset.annotation_file import recording_id
 from corsmal.errors import ArgumentError, FileError
-from corsmal.evaluation.checking import (
-    Checked,
-    as_recording_id,
-    listed,
-    numbers_of,
-    rows_of,
-)
+from corsmal.evaluation.checking import Checked, listed, numbers_of, rows_of
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.files import writing
 from corsmal.quantities import MEASURED
@@ -119,13 +114,7 @@ def check_estimates(estimates: pd.DataFrame, recordings: pd.Index) -> Checked:
 
 
 def read_estimates(path: str | Path) -> pd.DataFrame:
-    """Read an estimates table.
-
-    Args:
-        path: a ``.json`` (a list of rows), ``.csv`` or ``.parquet`` file.
-
-    Returns:
-        As ``estimates_table``.
+    """Read an ``estimates_table`` from a ``.json`` (a list of rows), ``.csv`` or ``.parquet`` file.
 
     Raises:
         ArgumentError: the file's name ends otherwise.
@@ -142,11 +131,7 @@ def read_estimates(path: str | Path) -> pd.DataFrame:
 
 
 def write_estimates(estimates: pd.DataFrame, path: str | Path) -> None:
-    """Write an estimates table.
-
-    Args:
-        estimates: with columns of ``ESTIMATE_COLUMNS``.
-        path: a ``.json``, ``.csv`` or ``.parquet`` file; an older one is replaced.
+    """Write an estimates table to a ``.json``, ``.csv`` or ``.parquet`` file; an older one is replaced.
 
     Raises:
         ArgumentError: the table has no recordings' ids, or the file's name ends otherwise.
@@ -160,7 +145,7 @@ def write_estimates(estimates: pd.DataFrame, path: str | Path) -> None:
 
 def _typed(column: pd.Series, name: str) -> pd.Series:
     if name == ID_COLUMN:
-        return column.map(lambda value: as_recording_id(value) or str(value)).astype("str")
+        return column.map(lambda value: recording_id(value) or str(value)).astype("str")
     if name in _TEXTS:
         return column.astype("object").where(column.notna(), "").astype("str")
     if name in _FLAGS:

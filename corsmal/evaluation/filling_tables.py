@@ -6,28 +6,14 @@ from corsmal.dataset.annotation import CONTAINERS, Kind
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.metrics import CLASS_NAMES, class_numbers, confusion, joint_classes, mpf1, weighted_f1
 from corsmal.evaluation.tables import AVERAGE, KINDS
-
-PREDICTION_COLUMNS = (
-    "recording_id",
-    "container_id",
-    "fold",
-    "seed",
-    "true_type",
-    "true_level",
-    "predicted_type",
-    "predicted_level",
-)
-"""A row per recording and seed: the prediction of the model that did not train on the recording's fold."""
+from corsmal.filling.records import PREDICTION_COLUMNS
 
 _TRUE = {"filling_level": "true_level", "filling_type": "true_type"}
 _PREDICTED = {"filling_level": "predicted_level", "filling_type": "predicted_type"}
 
 
 def pooled_table(predictions: pd.DataFrame) -> pd.DataFrame:
-    """Weighted F1 of level, type and both together, in %, pooled over the folds.
-
-    Args:
-        predictions: with ``PREDICTION_COLUMNS``.
+    """Weighted F1 of level, type and both together, in %, pooled over the folds of ``PREDICTION_COLUMNS``.
 
     Returns:
         A row per seed and two more, ``mean`` and ``std`` (between seeds, NaN for one): ``seed`` (text),
@@ -50,16 +36,12 @@ def pooled_table(predictions: pd.DataFrame) -> pd.DataFrame:
 def filling_container_table(predictions: pd.DataFrame) -> pd.DataFrame:
     """MPF1 of level and type by container, in %: mean and standard deviation between seeds.
 
-    Args:
-        predictions: with ``PREDICTION_COLUMNS``.
+    Args and errors are those of ``pooled_table``.
 
     Returns:
         A row per container and ``Average`` (over containers, before the mean over seeds): ``container_id``,
         ``container``, ``filling_level_mpf1``, ``filling_type_mpf1``, both again with ``_std`` (NaN for one seed), and
         ``recordings``.
-
-    Raises:
-        ArgumentError: as ``pooled_table``.
     """
     rows = []
     for (number, seed), group in _checked(predictions).groupby(["container_id", "seed"]):
@@ -81,7 +63,7 @@ def filling_confusion_tables(predictions: pd.DataFrame, quantity: str) -> dict[K
     """The confusion matrices of cups, glasses and boxes, summed over seeds.
 
     Args:
-        predictions: with ``PREDICTION_COLUMNS``.
+        predictions: as in ``pooled_table``.
         quantity: ``filling_type`` or ``filling_level``.
 
     Returns:

@@ -67,8 +67,8 @@ def f1_by_class(
         weights: (m, n) how often each recording counts.
 
     Returns:
-        (m, classes) 2 hits / (times said + times there), 0 to 1, of the classes that occur; NaN where the weights
-        leave nothing of one. And (m, classes) how often each is there.
+        (m, classes) 2 hits / (times predicted + times true), 0 to 1, of the classes that occur; NaN where the weights
+        leave nothing of one. And (m, classes) how often each is true.
     """
     classes = np.union1d(truth, predicted)
     classes = classes[classes >= 0]

@@ -1,13 +1,13 @@
-"""Published figures to compare with: the paper's Tables 2 and 3, and the challenge's leaderboard."""
+"""Published figures to compare with: the paper's Table 2, and the challenge's leaderboard."""
 
-from functools import cache
+import re
 from pathlib import Path
 from typing import Literal, get_args
 
 import pandas as pd
 
 from corsmal.errors import ArgumentError
-from corsmal.evaluation.challenge import overall_score
+from corsmal.evaluation.challenge import SCORES, overall_score
 
 LeaderboardSplit = Literal["public", "private", "combined"]
 LEADERBOARD_SPLITS: tuple[LeaderboardSplit, ...] = get_args(LeaderboardSplit)
@@ -15,36 +15,13 @@ LEADERBOARD_SPLITS: tuple[LeaderboardSplit, ...] = get_args(LeaderboardSplit)
 THIS_PAPER = "KEIO-ICS"
 """The team of the paper on the leaderboard."""
 
-SCORE_NAMES = {
-    "s1": "filling_level",
-    "s2": "filling_type",
-    "s3": "capacity",
-    "s4": "width_top",
-    "s5": "width_bottom",
-    "s6": "height",
-    "s7": "container_mass",
-    "s8": "filling_mass",
-}
-"""The leaderboard's columns, by score."""
-
-_TASKS = (
-    ("filling_level",),
-    ("filling_type",),
-    ("capacity",),
-    ("container_mass",),
-    ("width_top", "width_bottom", "height"),
-)
-"""The columns of the challenge's five tasks."""
+SCORE_NAMES = {score: re.sub("_(ml|mm|g)$", "", name) for score, name in SCORES.items()}
+"""The leaderboard's columns, by score: those of estimates without their units."""
 
 
 def paper_table_2() -> pd.DataFrame:
     """The paper's Table 2, in %: the columns of ``container_table`` without the counts, its last row ``Average``."""
     return _read("paper_table2").astype({"container_id": "Int64"})
-
-
-def paper_table_3() -> pd.DataFrame:
-    """The paper's Table 3: the challenge's scores in % on its ``public`` and ``private`` sets, a row each."""
-    return _read("paper_table3")
 
 
 def leaderboard(split: LeaderboardSplit) -> pd.DataFrame:
@@ -72,12 +49,7 @@ def leaderboard(split: LeaderboardSplit) -> pd.DataFrame:
 
 
 def leaderboard_row(scores: pd.Series, *, name: str) -> pd.DataFrame:
-    """Scores as one row in the columns of a leaderboard, without what only the simulator gives.
-
-    Args:
-        scores: from ``challenge_scores``.
-        name: what the row is called in the column ``team``.
-    """
+    """Scores from ``challenge_scores`` as one row of a leaderboard, ``name`` as its team, without the simulator's."""
     row = {"team": name} | {column: scores[score] for score, column in SCORE_NAMES.items()}
     row["overall_without_simulator"] = scores["overall"]
     columns = leaderboard("combined").columns
@@ -106,19 +78,5 @@ def leaderboard_with(scores: pd.Series, *, split: LeaderboardSplit, name: str) -
     return table.sort_values("overall_without_simulator", ascending=False, ignore_index=True)
 
 
-def attempted_share(table: pd.DataFrame) -> pd.Series:
-    """The share of the five tasks that each team of a leaderboard attempted, 0 to 1.
-
-    The published overall score weighs the simulator's two scores with it.
-    """
-    done = pd.DataFrame({task[0]: table[list(task)].gt(0).any(axis=1) for task in _TASKS})
-    return done.mean(axis=1)
-
-
-@cache
-def _table(name: str) -> pd.DataFrame:
-    return pd.read_csv(Path(__file__).with_name(f"{name}.csv"))
-
-
 def _read(name: str) -> pd.DataFrame:
-    return _table(name).copy()
+    return pd.read_csv(Path(__file__).with_name(f"{name}.csv"))

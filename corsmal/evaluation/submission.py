@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from corsmal.errors import ArgumentError, FileError
-from corsmal.evaluation.checking import Checked, as_recording_id, listed, numbers_of, rows_of
+from corsmal.dataset.annotation_file import recording_id
+from corsmal.errors import ArgumentError
+from corsmal.evaluation.checking import Checked, listed, numbers_of, rows_of
 from corsmal.evaluation.estimates import estimates_table
 from corsmal.evaluation.metrics import NO_ESTIMATE
 from corsmal.files import writing
@@ -59,7 +60,7 @@ def submission_table(estimates: pd.DataFrame, *, recordings: Iterable[str | int]
         ArgumentError: the estimates have no ids, or none of the recordings.
     """
     wanted = estimates_table(estimates)["recording_id"] if recordings is None else recordings
-    ids = pd.Index(list(dict.fromkeys(as_recording_id(value) or str(value) for value in wanted)), dtype="str")
+    ids = pd.Index(list(dict.fromkeys(recording_id(value) or str(value) for value in wanted)), dtype="str")
     rows = rows_of(estimates, ids, id_column="recording_id", what="estimates").table
     columns = {source: source for source in _SOURCES.values()}
     numbers = numbers_of(rows, columns, what="estimates").table.reindex(ids).fillna(NO_ESTIMATE)
@@ -70,12 +71,7 @@ def submission_table(estimates: pd.DataFrame, *, recordings: Iterable[str | int]
 
 
 def check_submission(submission: pd.DataFrame, recordings: pd.Index, *, what: str = "submission") -> Checked:
-    """What a submission says about each of some recordings.
-
-    Args:
-        submission: the file's columns.
-        recordings: ids of the recordings that are scored.
-        what: what messages call the table.
+    """What a submission, called ``what`` in messages, says about each of some recordings.
 
     Returns:
         A row per recording with the quantities of ``SCORED_COLUMNS``; NaN where there is no usable estimate.
@@ -90,36 +86,8 @@ def check_submission(submission: pd.DataFrame, recordings: pd.Index, *, what: st
     return Checked(numbers.table.reindex(recordings), (*rows.notes, *notes, *numbers.notes))
 
 
-def read_submission(path: str | Path) -> pd.DataFrame:
-    """Read a submission file.
-
-    Args:
-        path: a CSV file with the column ``Configuration ID``; others may be missing.
-
-    Returns:
-        Its columns.
-
-    Raises:
-        FileError: the file is absent, no CSV table, or has no recordings' ids.
-    """
-    path = Path(path)
-    try:
-        table = pd.read_csv(path, skipinitialspace=True)
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
-    except ValueError as error:
-        raise FileError(path, f"is no submission ({error}); a CSV file with {ID_COLUMN!r} was expected") from error
-    table.columns = table.columns.str.strip()
-    if ID_COLUMN not in table:
-        raise FileError(path, f"is no submission: it has no column {ID_COLUMN!r}")
-    return table
-
-
 def submission_csv(submission: pd.DataFrame) -> str:
-    """The content of a submission file.
-
-    Args:
-        submission: with all of ``SUBMISSION_COLUMNS``, see ``submission_table``.
+    """The content of a submission file, from ``submission_table``.
 
     Raises:
         ArgumentError: a column is missing.

@@ -1,5 +1,6 @@
 """The paper's tables and confusion matrices, from the error table of a run."""
 
+from collections.abc import Mapping
 from typing import get_args
 
 import numpy as np
@@ -41,25 +42,14 @@ def metric_of(errors: pd.DataFrame, metric: str) -> float:
 def is_judged(errors: pd.DataFrame, metric: str) -> pd.Series:
     """Whether each recording counts for a metric: its truth is known and the protocol does not leave it out.
 
-    Args:
-        errors: rows of ``error_table``.
-        metric: a key of ``METRICS``.
-
-    Returns:
-        bool, indexed by recording id; a recording without an estimate counts as a failure.
-
-    Raises:
-        ArgumentError: it is no error table, or the metric is unknown.
+    A recording without an estimate counts as a failure. Args and errors are those of ``metric_of``.
     """
     column = _column_of(errors, metric)
     return errors[f"{column}_correct"].notna() if column in CLASS_NAMES else errors[f"{BY_METRIC[metric].name}_judged"]
 
 
 def is_counted(errors: pd.DataFrame, metric: str) -> pd.Series:
-    """Whether a metric is computed from each recording: those judged, for MAPE only if they have an estimate.
-
-    Args, returns and errors are those of ``is_judged``.
-    """
+    """Whether a metric is computed from each recording: those judged, for MAPE only if they have an estimate."""
     column = _column_of(errors, metric)
     return errors[f"{column}_correct" if column in CLASS_NAMES else column].notna()
 
@@ -124,17 +114,16 @@ def confusion_tables(errors: pd.DataFrame, quantity: str) -> dict[Kind, pd.DataF
     """The confusion matrices of cups, glasses and boxes (paper Fig. 3).
 
     Args:
-        errors: from ``error_table``, or some of its rows.
+        errors: rows of ``error_table``.
         quantity: ``filling_type`` or ``filling_level``.
 
     Returns:
-        By kind of container, as ``confusion``: counts of recordings, a row per true class, a column per predicted one
-        and one for no estimate.
+        By kind of container, as ``confusion``.
 
     Raises:
         ArgumentError: it is no error table, or the quantity is no class.
     """
-    known = errors[f"{_class_of(errors, quantity)}_correct"].notna()
+    known = _is_known(errors, quantity)
     truth, predicted = errors[f"{quantity}_true"], errors[quantity]
     rows = {kind: known & (errors["kind"] == kind) for kind in KINDS}
     return {kind: confusion(truth[own], predicted[own], CLASS_NAMES[quantity]) for kind, own in rows.items()}
@@ -143,37 +132,35 @@ def confusion_tables(errors: pd.DataFrame, quantity: str) -> dict[Kind, pd.DataF
 def recordings_confused(
     errors: pd.DataFrame, quantity: str, *, kind: Kind, true_class: int, predicted_class: int
 ) -> pd.DataFrame:
-    """The recordings that a cell of a confusion matrix counts.
+    """The rows of ``errors`` that a cell of a confusion matrix counts.
 
     Args:
         errors: from ``error_table``.
         quantity: ``filling_type`` or ``filling_level``.
-        kind: cup, glass or box.
+        kind: of the containers.
         true_class: number of the row.
         predicted_class: number of the column; −1 for no estimate.
-
-    Returns:
-        Rows of ``errors``.
 
     Raises:
         ArgumentError: it is no error table, or the quantity is no class.
     """
-    known = errors[errors[f"{_class_of(errors, quantity)}_correct"].notna()]
+    known = errors[_is_known(errors, quantity)]
     is_there = known[f"{quantity}_true"].eq(true_class) & known[quantity].fillna(NO_ESTIMATE).eq(predicted_class)
     return known[is_there.astype("bool") & (known["kind"] == kind)]
 
 
 def _column_of(errors: pd.DataFrame, metric: str) -> str:
-    if metric not in METRICS:
-        raise ArgumentError(f"metric must be one of {', '.join(METRICS)}, got {metric!r}")
-    if METRICS[metric] not in errors:
-        raise ArgumentError(f"errors must come from error_table: it has no column {METRICS[metric]!r}")
-    return METRICS[metric]
+    return _present(errors, "metric", metric, METRICS)
 
 
-def _class_of(errors: pd.DataFrame, quantity: str) -> str:
-    if quantity not in CLASS_NAMES:
-        raise ArgumentError(f"quantity must be one of {', '.join(CLASS_NAMES)}, got {quantity!r}")
-    if f"{quantity}_correct" not in errors:
-        raise ArgumentError(f"errors must come from error_table: it has no column '{quantity}_correct'")
-    return quantity
+def _is_known(errors: pd.DataFrame, quantity: str) -> pd.Series:
+    return errors[_present(errors, "quantity", quantity, {name: f"{name}_correct" for name in CLASS_NAMES})].notna()
+
+
+def _present(errors: pd.DataFrame, what: str, choice: str, columns: Mapping[str, str]) -> str:
+    """The column behind a choice."""
+    if choice not in columns:
+        raise ArgumentError(f"{what} must be one of {', '.join(columns)}, got {choice!r}")
+    if columns[choice] not in errors:
+        raise ArgumentError(f"errors must come from error_table: it has no column {columns[choice]!r}")
+    return columns[choice]

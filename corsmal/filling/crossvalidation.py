@@ -11,7 +11,7 @@ from corsmal.errors import ArgumentError
 from corsmal.files import writing
 from corsmal.filling.prediction import FillingPredictor
 from corsmal.filling.recipe import FillingTraining, Preset
-from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
+from corsmal.filling.records import LEVEL_NAMES, PREDICTION_COLUMNS, TYPE_NAMES
 from corsmal.filling.samples import FillingSample
 from corsmal.filling.training import part_of, train_filling
 
@@ -19,17 +19,7 @@ Validation = Literal["fold", "inner"]
 """What rule (1) chooses the epoch by: ``fold``: the recordings that are then predicted, as in the paper, which flatters
 the scores; ``inner``: a seventh of the fold's training recordings, see ``train_filling``."""
 
-COLUMNS = (
-    "recording_id",
-    "container_id",
-    "fold",
-    "seed",
-    "true_type",
-    "true_level",
-    "predicted_type",
-    "predicted_level",
-    *(f"p_{name}" for name in (*TYPE_NAMES, *LEVEL_NAMES)),
-)
+COLUMNS = (*PREDICTION_COLUMNS, *(f"p_{name}" for name in (*TYPE_NAMES, *LEVEL_NAMES)))
 """Of the table of predictions; classes are numbers, ``p_`` columns the heads' probabilities."""
 
 

@@ -18,6 +18,18 @@ LEVEL_NAMES = LEVELS
 NAMES = {"filling_type": TYPE_NAMES, "filling_level": LEVEL_NAMES}
 """The classes' names by the annotation's column."""
 
+PREDICTION_COLUMNS = (
+    "recording_id",
+    "container_id",
+    "fold",
+    "seed",
+    "true_type",
+    "true_level",
+    "predicted_type",
+    "predicted_level",
+)
+"""Of a cross-validation, a row per recording and seed: what the network that was not trained on its fold predicts."""
+
 FEASIBLE_PAIRS = ((0, 0), (1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
 """The (type, level) pairs that exist: nothing is empty, and a filling is half or full."""
 

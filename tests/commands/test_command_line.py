@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -14,7 +15,7 @@ from corsmal.engines import local
 from corsmal.engines.tasks import open_detector
 from corsmal.errors import CorsmalError
 from corsmal.estimation import estimate
-from corsmal.evaluation import cell_table, error_table, read_estimates, read_submission, typeset_table_2
+from corsmal.evaluation import cell_table, error_table, read_estimates, typeset_table_2
 from corsmal.filling import FillingPredictor, FillingTraining
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import load_detections
@@ -209,7 +210,7 @@ def test_estimates_are_a_table_that_is_judged_and_submitted(tiny_dataset_root, n
     assert (tmp_path / "table.csv").read_text() == typeset_table_2(cells, table_format="csv")
     sent = RUNNER.invoke(cli.app, ["submit", str(tiny_dataset_root), str(table), str(tmp_path / "sent.csv")])
     assert sent.exit_code == 0, sent.output
-    assert len(read_submission(tmp_path / "sent.csv")) == len(rows)
+    assert len(pd.read_csv(tmp_path / "sent.csv")) == len(rows)
 
 
 def test_unknown_preset_and_format_are_refused(tiny_dataset_root, networks, tmp_path):

@@ -1,6 +1,7 @@
 import json
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -8,7 +9,7 @@ import corsmal.__main__ as cli
 from corsmal.dataset import open_dataset
 from corsmal.engines import local
 from corsmal.errors import CorsmalError, NotFoundError
-from corsmal.evaluation import read_estimates, read_submission
+from corsmal.evaluation import read_estimates
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import list_runs, load_run, make_run
 from corsmal.stages.settings import DetectorSettings, default_settings
@@ -120,7 +121,7 @@ def test_a_run_that_is_not_there_is_said_with_those_that_are(root):
 def test_a_submission_has_a_row_for_every_recording_of_the_dataset(root):
     command("estimate", root, "000001", "--run", "mine")
     command("submit", root, "mine", "submission.csv")
-    table = read_submission("submission.csv")
+    table = pd.read_csv("submission.csv")
     assert table["Configuration ID"].tolist() == [0, 1, 2]
     assert (table["Container capacity"] > 0).tolist() == [False, True, False]
 

@@ -4,11 +4,12 @@ import os
 import shutil
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError, FileError
-from corsmal.evaluation import read_estimates, read_submission
+from corsmal.evaluation import read_estimates
 from corsmal.runs import reproduce
 from corsmal.runs.reproduction_settings import ReproductionSettings, plan
 from corsmal.store import Store
@@ -95,7 +96,7 @@ def test_it_leaves_tables_submission_and_report(made):
         "report.html",
     }
     assert len(read_estimates(folder / "estimates.csv")) == COUNT
-    submission = read_submission(folder / "submission_TEST.csv")
+    submission = pd.read_csv(folder / "submission_TEST.csv")
     assert len(submission) == 3
     assert (submission["Execution time"] > 0).any()
     report = found.report.read_text(encoding="utf-8")
@@ -244,7 +245,7 @@ def test_a_test_set_without_annotation_has_a_submission_and_no_scores(made, root
     blind = shutil.copytree(test_root, tmp_path / "BLIND")
     next(blind.glob("*annotation.json")).unlink()
     again = reproduce(root, out=found.out, settings=QUICK, tests=[blind], store=store)
-    assert len(read_submission(again.report.parent / "submission_BLIND.csv")) == 3
+    assert len(pd.read_csv(again.report.parent / "submission_BLIND.csv")) == 3
     assert "without annotation there are no scores" in again.report.read_text(encoding="utf-8")
 
 
