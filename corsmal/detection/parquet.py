@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from corsmal.detection.record import Detections
-from corsmal.detection.rle import as_rle, whole_counts
+from corsmal.detection.rle import BROKEN, checked_size, whole_counts
 from corsmal.detection.view import ViewDetections
 from corsmal.digests import digest
 from corsmal.errors import FileError
@@ -69,16 +69,16 @@ def _read(path: Path) -> ViewDetections:
     view = json.loads(metadata[METADATA_KEY])
     if view.pop("digest") != _digest(view, table):  # Parquet's own checksums leave out the metadata
         raise FileError(path, "holds other detections than were written")
-    size = (view["size"][0], view["size"][1])
+    size = checked_size(view["size"])
     boxes = np.column_stack([table[name].to_numpy() for name in BOX_COLUMNS])
     scores, labels, row_frames = (table[name].to_numpy() for name in ("score", "label", "frame"))
     masks = table["mask_rle"].to_pylist()
-    rles, whole = [as_rle(counts, size) for counts in masks], whole_counts(masks, size)
+    if not whole_counts(masks, size).issuperset(masks):
+        raise FileError(path, f"is broken: {BROKEN}")
     by_frame = {}
     for frame in view["frames"]:
         rows = slice(*np.searchsorted(row_frames, [frame, frame + 1]))
-        columns = boxes[rows], scores[rows], labels[rows], rles[rows]
-        by_frame[frame] = Detections.from_rles(*columns, size=size, whole=whole)
+        by_frame[frame] = Detections.from_counts(boxes[rows], scores[rows], labels[rows], masks[rows], size=size)
     if sum(map(len, by_frame.values())) != len(scores):
         raise FileError(path, "holds detections of frames that it does not list")
     return ViewDetections(by_frame, size=size, source=view["source"], problems=tuple(view["problems"]))

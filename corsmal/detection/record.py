@@ -1,6 +1,6 @@
 """The record of one frame's detections."""
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,16 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from corsmal.detection.coco_entry import CLASS_MAX, CLASS_MIN, CocoEntry, format_entry, parse_entry
-from corsmal.detection.rle import (
-    Rle,
-    Size,
-    as_rle,
-    checked_size,
-    counts_from_rle,
-    decode_mask,
-    encode_masks,
-    mask_areas,
-)
+from corsmal.detection.rle import Size, checked_size, decode_mask, encode_masks, mask_areas
 from corsmal.errors import ArgumentError
 
 
@@ -58,31 +49,17 @@ class Detections:
         self._set(boxes, scores, labels, encode_masks(masks), size)
 
     @classmethod
-    def from_rles(
-        cls,
-        boxes: ArrayLike,
-        scores: ArrayLike,
-        labels: ArrayLike,
-        rles: Sequence[Mapping[str, Any]],
-        *,
-        size: Size,
-        whole: Container[bytes] = (),
+    def from_counts(
+        cls, boxes: ArrayLike, scores: ArrayLike, labels: ArrayLike, counts: Sequence[bytes], *, size: Size
     ) -> "Detections":
-        """Detections whose masks are compressed run lengths already.
-
-        Args:
-            boxes: as in the class.
-            scores: as in the class.
-            labels: as in the class.
-            rles: n mappings with ``size`` [H, W] and ``counts`` (bytes).
-            size: (H, W) of the image in pixels.
-            whole: counts that were checked before, from ``rle.whole_counts``.
+        """Detections in images of ``size`` (H, W) whose masks are compressed run lengths that were checked before.
 
         Raises:
-            ArgumentError: as in the class; or run lengths are broken or of another size.
+            ArgumentError: as in the class.
         """
-        size = checked_size(size)
-        return cls._make(boxes, scores, labels, tuple(counts_from_rle(rle, size, whole=whole) for rle in rles), size)
+        record = cls.__new__(cls)
+        record._set(boxes, scores, labels, tuple(counts), checked_size(size))
+        return record
 
     @classmethod
     def from_coco(cls, entries: Sequence[Mapping[str, Any]], *, size: Size) -> "Detections":
@@ -96,11 +73,10 @@ class Detections:
         Raises:
             ArgumentError: an entry cannot be used; ``read_coco_results`` skips such entries instead.
         """
-        size = checked_size(size)
         parsed = []
         for index, entry in enumerate(entries):
             try:
-                parsed.append(parse_entry(entry, size))
+                parsed.append(parse_entry(entry, checked_size(size)))
             except ArgumentError as error:
                 raise ArgumentError(f"entries[{index}]: {error}") from error
         return cls.from_entries(parsed, size=size)
@@ -108,13 +84,8 @@ class Detections:
     @classmethod
     def from_entries(cls, entries: Sequence[CocoEntry], *, size: Size) -> "Detections":
         """Detections from entries that were parsed, hence checked, before."""
-        return cls._make(
-            [entry.box for entry in entries],
-            [entry.score for entry in entries],
-            [entry.label for entry in entries],
-            tuple(entry.counts for entry in entries),
-            size,
-        )
+        boxes, scores, labels, counts = zip(*entries, strict=True) if entries else ((), (), (), ())
+        return cls.from_counts(boxes, scores, labels, counts, size=size)
 
     def to_coco(self, image_id: int) -> list[dict[str, Any]]:
         """Entries of a COCO results file, masks as compressed run lengths.
@@ -124,11 +95,6 @@ class Detections:
         """
         columns = zip(self.boxes.tolist(), self.scores.tolist(), self.labels.tolist(), self.counts, strict=True)
         return [format_entry(CocoEntry(*row), image_id=image_id, size=self.size) for row in columns]
-
-    @property
-    def rles(self) -> tuple[Rle, ...]:
-        """The masks as pycocotools takes them: ``size`` [H, W] and compressed ``counts``."""
-        return tuple(as_rle(counts, self.size) for counts in self.counts)
 
     @property
     def masks(self) -> NDArray[np.bool_]:
@@ -162,19 +128,12 @@ class Detections:
             chosen = np.arange(len(self))[index]
         except IndexError as error:
             raise ArgumentError(f"index does not fit {len(self)} detections: {error}") from error
-        counts = tuple(self.counts[i] for i in chosen)
-        return self._make(self.boxes[chosen], self.scores[chosen], self.labels[chosen], counts, self.size)
+        counts = [self.counts[i] for i in chosen]
+        columns = self.boxes[chosen], self.scores[chosen], self.labels[chosen]
+        return self.from_counts(*columns, counts, size=self.size)
 
     def __repr__(self) -> str:
         return f"Detections(n={len(self)}, size={self.size})"
-
-    @classmethod
-    def _make(
-        cls, boxes: ArrayLike, scores: ArrayLike, labels: ArrayLike, counts: tuple[bytes, ...], size: Size
-    ) -> "Detections":
-        record = cls.__new__(cls)
-        record._set(boxes, scores, labels, counts, size)
-        return record
 
     def _set(
         self, boxes: ArrayLike, scores: ArrayLike, labels: ArrayLike, counts: tuple[bytes, ...], size: Size

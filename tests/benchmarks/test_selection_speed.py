@@ -45,7 +45,7 @@ def many(opened):
     for frame in range(FRAMES):
         chosen = [records[(frame + index) % len(records)] for index in range(PER_FRAME)]
         columns = [np.concatenate([getattr(one, name)[:1] for one in chosen]) for name in ("boxes", "scores", "labels")]
-        by_frame[frame] = Detections.from_rles(*columns, [one.rles[0] for one in chosen], size=found.size)
+        by_frame[frame] = Detections.from_counts(*columns, [one.counts[0] for one in chosen], size=found.size)
     return ViewDetections(by_frame, size=found.size, source="a test")
 
 
@@ -110,4 +110,5 @@ def test_select_the_best_frame(benchmark, opened):
 @scoring
 def test_bare_areas_of_the_masks_by_pycocotools(benchmark, opened):
     frames = [frame for view in PAIR for frame in opened.found.views[view].values()]
-    assert benchmark(lambda: [coco_mask.area(list(frame.rles)) for frame in frames])
+    rles = [[{"size": list(frame.size), "counts": counts} for counts in frame.counts] for frame in frames]
+    assert benchmark(lambda: [coco_mask.area(part) for part in rles])

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from corsmal.detection import Detections, ViewDetections
-from corsmal.errors import ArgumentError, NotFoundError
+from corsmal.detection.parquet import read_parquet, write_parquet
+from corsmal.errors import ArgumentError, FileError, NotFoundError
 
 SIZE = (9, 12)
 
@@ -31,7 +32,7 @@ def test_none_detected_is_a_record_that_knows_the_image():
     assert none.boxes.shape == (0, 4)
     assert none.masks.shape == (0, *SIZE)
     assert none.mask_areas.shape == none.scores.shape == none.labels.shape == (0,)
-    assert none.rles == ()
+    assert none.counts == ()
     assert none.to_coco(0) == []
     assert len(none[[]]) == len(none[:]) == 0
 
@@ -120,8 +121,8 @@ def test_a_wrong_argument_is_named(change, message):
 
 def test_run_lengths_and_coco_entries_give_the_same_record_back():
     detections = some_detections()
-    again = Detections.from_rles(
-        detections.boxes, detections.scores, detections.labels, detections.rles, size=detections.size
+    again = Detections.from_counts(
+        detections.boxes, detections.scores, detections.labels, detections.counts, size=detections.size
     )
     from_entries = Detections.from_coco(detections.to_coco(5), size=SIZE)
     for other in (again, from_entries):
@@ -131,11 +132,11 @@ def test_run_lengths_and_coco_entries_give_the_same_record_back():
         np.testing.assert_array_equal(other.masks, detections.masks)
 
 
-def test_broken_run_lengths_are_rejected():
-    with pytest.raises(ArgumentError, match="broken"):
-        Detections.from_rles([[0, 0, 1, 1]], [0.5], [47], [{"size": [9, 12], "counts": b"abc"}], size=SIZE)
-    with pytest.raises(ArgumentError, match="mask size 12x9, expected 9x12"):
-        Detections.from_rles([[0, 0, 1, 1]], [0.5], [47], [{"size": [9, 12], "counts": b"0"}], size=(12, 9))
+def test_a_kept_file_with_broken_run_lengths_is_refused(tmp_path):
+    broken = Detections.from_counts([[0, 0, 1, 1]], [0.5], [47], [b"abc"], size=SIZE)
+    write_parquet(ViewDetections({0: broken}, size=SIZE, source="a test"), tmp_path / "a.parquet")
+    with pytest.raises(FileError, match="is broken: the mask's run lengths"):
+        read_parquet(tmp_path / "a.parquet")
 
 
 def test_a_bad_coco_entry_is_named_by_its_position():
