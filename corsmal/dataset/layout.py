@@ -90,7 +90,7 @@ class Recording:
         audio_path: the sound, WAV or else FLAC, where there is one.
         annotation: what is known about it, where anything is.
         missing: what it lacks, such as ``view2 video`` or ``audio``. A calibration lacks only where its video exists.
-        truth_path: what was drawn and played, see ``corsmal.dataset.truth``; None where the recording is not synthetic.
+        truth_path: what was drawn and played, as JSON; None where the recording is not synthetic.
     """
 
     id: str

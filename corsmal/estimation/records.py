@@ -53,11 +53,6 @@ class Estimate:
     intervals: Mapping[str, Interval] = field(default_factory=dict)
 
     @property
-    def frames_inspected(self) -> int:
-        """How many frames the best one was chosen from."""
-        return 0 if self.best_frame is None else len(self.best_frame.scores)
-
-    @property
     def centre_rule(self) -> CentreRule | None:
         """The rung of the ladder that was used."""
         return None if self.best_frame is None else self.best_frame.centre_rule

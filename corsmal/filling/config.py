@@ -61,8 +61,8 @@ class FillingConfig:
     def paper(cls, *, channels: int = 8) -> "FillingConfig":
         """The paper's network.
 
-        Features are taken as they are: standardised ones make columns loud that are all but silent, and the level is
-        learnt by heart from them. So it was in each of the winners' folds, on its training containers.
+        Features are taken as they are: with standardised ones, which make columns loud that are all but silent, the
+        network memorised the levels of the training containers in each of the winners' folds.
         """
         return cls(channels=channels, dropout=0.3, standardise=False)
 

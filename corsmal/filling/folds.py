@@ -40,11 +40,10 @@ def spread_folds(table: pd.DataFrame, *, folds: int = PAPER_FOLDS, seed: int = 0
 
 
 def folds_by_container(table: pd.DataFrame, *, groups: Sequence[Sequence[int]] = WINNERS_FOLDS) -> pd.Series:
-    """Folds of whole containers: each is validated by a network that never heard it.
+    """Folds of whole containers: each is validated by a network that has not heard it.
 
     Args:
-        table: indexed by recording id, with ``container_id``, such as ``Dataset.table``; recordings without one are
-            left out.
+        table: such as ``Dataset.table``; recordings without a ``container_id`` are left out.
         groups: the container ids of each fold.
 
     Returns:

@@ -54,14 +54,6 @@ class LogMelParameters:
         """How many rows a waveform of so many samples at ``sample_rate_hz`` has."""
         return 1 + samples // self.hop
 
-    def times_s(self, rows: int) -> NDArray[np.float64]:
-        """The time of each row, (rows,) seconds: the middle of its window."""
-        return np.arange(rows, dtype=np.float64) * self.row_s
-
-    def row_at(self, time_s: float) -> int:
-        """The row whose middle is nearest to a time, never negative."""
-        return max(0, round(time_s / self.row_s))
-
 
 def log_mel(
     waveform: ArrayLike, *, sample_rate_hz: int = SAMPLE_RATE_HZ, parameters: LogMelParameters | None = None

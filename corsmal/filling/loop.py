@@ -27,10 +27,8 @@ DIVERGED = "training diverged; delete the folder and lower the learning rate"
 def keeps(lowest: float, level_loss: float, type_loss: float) -> bool:
     """Rule (1): whether an epoch's weights replace those that were kept.
 
-    Args:
-        lowest: L, the sum of the two losses of the epoch that was kept last; infinity before the first.
-        level_loss: cross-entropy of the levels on the validation recordings.
-        type_loss: that of the types.
+    ``lowest`` is L, the sum of the two losses of the epoch that was kept last, infinity before the first; the other two
+    are the cross-entropies of the epoch on the validation recordings.
     """
     if not math.isfinite(level_loss + type_loss):
         return False
@@ -90,11 +88,8 @@ def fit_network(
 def kept_epoch(folder: Path) -> tuple[int, float]:
     """After how many epochs ``fit_network`` kept the weights that rule (1) chose, and L, the sum of their two losses.
 
-    Args:
-        folder: of a network that was fitted with ``keep`` ``best``.
-
     Raises:
-        FileError: its checkpoint is absent or broken.
+        FileError: the checkpoint in the network's folder is absent or broken.
     """
     last = folder / "checkpoints" / "last.ckpt"
     try:
@@ -122,12 +117,7 @@ def _trainer(folder: Path, callbacks: list[Callback], *, epochs: int, validated:
 
 
 class KeepBest(Callback):
-    """Writes the weights of an epoch when rule (1) says so.
-
-    Args:
-        path: the file that the weights are written to.
-        network: whose weights.
-    """
+    """Writes the weights of an epoch of ``network`` to ``path`` when rule (1) says so."""
 
     def __init__(self, path: Path, network: FillingModel) -> None:
         self.path, self._network = path, network
@@ -153,11 +143,11 @@ class KeepBest(Callback):
         return read_filling(self.path)[0]
 
     def state_dict(self) -> dict[str, Any]:
-        """What a run that goes on needs to know."""
+        """What a resumed run needs to know."""
         return {"lowest": self.lowest, "epochs": self.epochs}
 
     def load_state_dict(self, state_dict: dict[str, Any]) -> None:
-        """Of the run that goes on."""
+        """Of the run that is resumed."""
         self.lowest, self.epochs = float(state_dict["lowest"]), int(state_dict["epochs"])
 
 

@@ -15,14 +15,9 @@ from corsmal.filling.samples import Batch, Batches, FillingSample
 
 
 class FillingModule(lightning.LightningModule):
-    """One network with its passes, its losses and its optimiser.
+    """The network number ``index`` of a training with its passes, its losses and its optimiser.
 
-    Args:
-        training: the settings.
-        index: which of its networks.
-        samples: the recordings to train on.
-        validation: the recordings to validate on.
-        seed: of everything that is drawn.
+    All that is drawn follows from ``seed``, the index and the epoch.
     """
 
     def __init__(
@@ -50,7 +45,7 @@ class FillingModule(lightning.LightningModule):
         return Batches(self._validation, size=self._training.batch, tasks=("both",), rng=None)
 
     def on_train_epoch_start(self) -> None:
-        """Dropout depends on the epoch alone, so that a run that goes on draws what it would have drawn."""
+        """Dropout depends on the epoch only, so that a resumed run draws what it would have drawn."""
         torch.manual_seed(stream(self._seed, self._index, self.current_epoch))
 
     def training_step(self, batch: Batch) -> Tensor:

@@ -126,11 +126,7 @@ class FillingModel(nn.Module):
         )
 
     def learn_statistics(self, recordings: Sequence[NDArray[np.float32]]) -> None:
-        """Take the means and deviations of features and log T from the training set.
-
-        Args:
-            recordings: (C, T, features) each.
-        """
+        """Take the means and deviations of features and log T from the recordings, (C, T, features) each."""
         durations = np.log([features.shape[1] for features in recordings])
         self._take("duration", durations.mean(), durations.std())
         if self.config.standardise:

@@ -137,13 +137,7 @@ class FillingPrediction:
 def decode(
     type_probabilities: NDArray[np.float64], level_probabilities: NDArray[np.float64], *, decoding: Decoding
 ) -> tuple[int, int]:
-    """The (type, level) that two heads' probabilities stand for.
-
-    Args:
-        type_probabilities: (4,) of none, pasta, rice, water.
-        level_probabilities: (3,) of empty, half, full.
-        decoding: ``independent``: each head's most probable class; ``feasible``: the best of ``FEASIBLE_PAIRS``.
-    """
+    """The (type, level) that two heads' probabilities, (4,) and (3,), stand for, see ``Decoding``."""
     if decoding == "independent":
         return int(np.argmax(type_probabilities)), int(np.argmax(level_probabilities))
     products = [type_probabilities[filling] * level_probabilities[level] for filling, level in FEASIBLE_PAIRS]

@@ -131,8 +131,7 @@ def filling_samples(table: pd.DataFrame, features: Mapping[str, NDArray[np.float
     """The recordings whose container and filling are known, with their features.
 
     Args:
-        table: indexed by recording id, with ``container_id``, ``filling_type`` and ``filling_level``, such as
-            ``Dataset.table``.
+        table: such as ``Dataset.table``.
         features: (C, T, features) float32 by recording id; recordings that it lacks are left out.
     """
     known = table[["container_id", "filling_type", "filling_level"]].dropna().astype(int)

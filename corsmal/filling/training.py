@@ -84,14 +84,10 @@ def train_filling(
 
 
 def retraining(training: FillingTraining, epochs: int) -> FillingTraining:
-    """How a network is trained once more, on all recordings, after rule (1) chose the epochs on a part of them.
+    """How a network is trained once more, on all recordings, when rule (1) chose ``epochs`` on a part of them.
 
     The rate is lowered to zero by half a cosine over twice the epochs: its sum stays what it was when the search found
     its best, and the weights come to rest.
-
-    Args:
-        training: of the search.
-        epochs: after how many rule (1) kept the weights.
     """
     return replace(training, keep="last", schedule="cosine", epochs=RETRAINED * epochs)
 
@@ -104,13 +100,7 @@ def part_of(progress: Callable[[float], None] | None, done: int, total: int) -> 
 def hold_out(
     samples: Sequence[FillingSample], *, folds: int = PAPER_FOLDS, seed: int = 0
 ) -> tuple[list[FillingSample], list[FillingSample]]:
-    """Samples to train on and samples to choose the epoch by: one fold of ``spread_folds``.
-
-    Args:
-        samples: as many as there are folds, or more.
-        folds: one in so many is held out.
-        seed: of which.
-    """
+    """Samples to train on, and one in ``folds`` to choose the epoch by: a fold of ``spread_folds``."""
     truth = [(sample.filling_type, sample.filling_level) for sample in samples]
     fold = spread_folds(pd.DataFrame(truth, columns=["filling_type", "filling_level"]), folds=folds, seed=seed)
     held = (fold == 0).to_numpy()

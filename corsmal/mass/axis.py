@@ -101,11 +101,8 @@ def base_ends(points: Points) -> tuple[Floats, Floats] | None:
     horizontal at first and then that of the segment between the ends found, until it stays. So a base that is an arc,
     or that is tilted, ends where the container's sides begin.
 
-    Args:
-        points: (n, 2) outline pixels ``(x, y)``.
-
     Returns:
-        Two (2,) points; None where the outline has no such edge: a line that leans more than 40 degrees, or a point.
+        Two (2,) points; None where outline pixels (n, 2) have no such edge: a line that leans more, or a point.
     """
     hull = cv2.convexHull(points, clockwise=True).reshape(-1, 2).astype(np.float64)  # the base from left to right
     if len(hull) < 2:
@@ -136,15 +133,12 @@ def base_axis(points: Points) -> Axis | None:
 
 
 def whole_axis(points: Points) -> Axis:
-    """The line about which most of an outline is symmetric.
+    """The line about which most of an outline, (n, 2) pixels, is symmetric.
 
     The outline is cut into strips across a direction. The middle between the two outer ends of a strip lies on the
     axis unless something hides one of them, so the axis is where most middles agree. Strips count the more the nearer
     they are to the upper or the lower end, because hands take containers in between. An axis that leans
     loses some of its agreement, so that one that leans by more than about 70 degrees may be missed.
-
-    Args:
-        points: (n, 2) outline pixels ``(x, y)``, at least one.
     """
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     strip = _strip_px(points)
@@ -161,12 +155,7 @@ def whole_axis(points: Points) -> Axis:
 
 
 def agreement(points: Points, axis: Axis) -> float:
-    """How well an axis fits an outline: the share (0..1) of the weighted strips whose middles lie on it.
-
-    Args:
-        points: (n, 2) outline pixels ``(x, y)``, at least one.
-        axis: the axis, in the same pixels.
-    """
+    """How well an axis fits an outline (n, 2): the share (0..1) of the weighted strips whose middles lie on it."""
     strip = _strip_px(points)
     middles, weights = _strips(points - np.array(axis.point), np.array([axis.tilt_deg]), strip)
     return float(np.sum(weights * np.maximum(0, 1 - (middles / strip) ** 2)) / np.sum(weights))

@@ -79,9 +79,7 @@ def mass_input(
 def square_image(cropped: NDArray[np.bool_], *, resize: Resize) -> tuple[Floats, float]:
     """A crop (h, w) as the network's image, and the scale, image pixels per crop pixel.
 
-    Args:
-        cropped: bool, not empty.
-        resize: ``stretch`` or ``letterbox``; the scale of a stretched crop is the geometric mean of both directions'.
+    The scale of a stretched crop is the geometric mean of both directions'.
 
     Returns:
         (112, 112) float32, 0..1, each pixel the share of mask pixels that it covers; and the scale.

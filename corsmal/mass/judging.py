@@ -27,10 +27,6 @@ def mask_iou(first: Mask, second: Mask) -> float:
 def judge_mass(predictor: "MassPredictor", rows: Iterable[MassRow]) -> pd.DataFrame:
     """Predict masses whose truth is known.
 
-    Args:
-        predictor: the network.
-        rows: recordings with masks, dimensions and true masses.
-
     Returns:
         A row per recording: recording_id, container, true_g, mass_g (NaN where there is no prediction), reason.
     """

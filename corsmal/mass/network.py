@@ -83,11 +83,7 @@ class MassConfig:
 
 
 class MassModel(nn.Module):
-    """Four convolutional blocks, two fully connected layers to u, and a last one from u and the dimensions to grams.
-
-    Args:
-        config: its sizes.
-    """
+    """Four convolutional blocks, two fully connected layers to u, and a last one from u and the dimensions to grams."""
 
     numbers_mean: Tensor
     numbers_std: Tensor

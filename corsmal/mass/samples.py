@@ -75,12 +75,9 @@ class MassSamples:
 
 @dataclass(frozen=True, eq=False)
 class Batches:
-    """Samples in batches; a last one of a single row is left out, as batch norm cannot learn from it.
+    """Samples in batches, shuffled where there is a ``rng``.
 
-    Args:
-        samples: what they hold.
-        size: rows of a batch.
-        rng: shuffles them; None keeps their order and leaves nothing out.
+    Then a last one of a single row is left out, as batch norm cannot learn from it.
     """
 
     samples: MassSamples
@@ -103,15 +100,12 @@ class Batches:
 
 
 def held_out(recordings: Sequence[tuple[str, str]], *, share: float, seed: int) -> NDArray[np.bool_]:
-    """Which rows validate: a share of each container's recordings, whole recordings at a time.
+    """Which rows validate: a share of each container's recordings, whole recordings at a time, (n,) bool.
 
     Args:
         recordings: container and recording of each row.
-        share: of each container's recordings, to the nearest whole number, but never all of them.
+        share: to the nearest whole number of recordings, but never all of them.
         seed: of which.
-
-    Returns:
-        (n,) bool.
     """
     chosen: set[tuple[str, str]] = set()
     rng = np.random.default_rng(seed)

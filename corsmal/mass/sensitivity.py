@@ -55,15 +55,7 @@ def predict_with_changes(
 
 @torch.inference_mode()
 def weigh(model: MassModel, image: NDArray[np.float32], numbers: ArrayLike) -> Floats:
-    """Masses of one silhouette with several sets of numbers.
-
-    Args:
-        model: the network, on the CPU.
-        image: (112, 112) float32, 0..1.
-        numbers: (n, 3 or 4), see ``MassModel``.
-
-    Returns:
-        (n,) grams.
+    """Masses (n,) in grams of one silhouette (112, 112), 0..1, with several sets of numbers (n, 3 or 4).
 
     Raises:
         ArgumentError: there are not as many numbers in a row as the network takes.
@@ -80,17 +72,7 @@ def weigh(model: MassModel, image: NDArray[np.float32], numbers: ArrayLike) -> F
 def mass_sensitivity(
     model: MassModel, image: NDArray[np.float32], numbers: tuple[float, ...], *, changes: ArrayLike
 ) -> Floats:
-    """Masses as one number changes and the others stay.
-
-    Args:
-        model: the network, on the CPU.
-        image: (112, 112) float32, 0..1.
-        numbers: of the prediction, see ``MassModel``.
-        changes: (n,) relative changes above -1: 0.1 for 10 % more.
-
-    Returns:
-        (numbers, n) grams: a row for each number.
-    """
+    """Masses as one number changes, relatively and above -1, and the others stay: (numbers, changes) grams."""
     factors = 1 + np.asarray(changes, dtype=np.float64)
     base = np.array(numbers, dtype=np.float64)
     rows = np.repeat(base[None], len(base) * len(factors), axis=0).reshape(len(base), len(factors), len(base))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from corsmal.dataset import open_dataset
-from corsmal.dataset.truth import true_mask_path, truth_path
+from corsmal.dataset.truth import true_mask_path
 from corsmal.demo.opening import PACK, open_demo
 from corsmal.demo.packing import BYTES_MAX, IDS, PRESETS, packed_settings
 from corsmal.detection import SmallDetector
@@ -82,7 +82,7 @@ def test_annotation_truth_and_calibrations_are_the_scenes(dataset):
     assert found == json.loads(json.dumps(expected)), ADVICE
     for recording in dataset:
         scene = scene_of(recording.id)
-        truth = json.loads(truth_path(recording).read_text(encoding="utf-8"))
+        truth = json.loads(recording.truth_path.read_text(encoding="utf-8"))
         assert truth == json.loads(json.dumps(scene_truth(scene))), ADVICE
         for view in METHOD_VIEWS:
             content = recording.views[view].calibration_path.read_bytes()

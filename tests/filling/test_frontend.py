@@ -105,17 +105,8 @@ def test_rows_are_centred_on_their_times():
     click_s = 0.5
     waveform[0, round(click_s * RATE_HZ)] = 1
     loudest = log_mel(waveform)[0].sum(axis=1).argmax()
-    assert abs(parameters.times_s(44)[loudest] - click_s) <= parameters.row_s / 2
-    assert parameters.row_at(click_s) == loudest
-
-
-def test_times_and_rows_are_each_others_inverse():
-    parameters = LogMelParameters()
     assert parameters.row_s == pytest.approx(0.02322, abs=1e-5)
-    times_s = parameters.times_s(500)
-    assert times_s[0] == 0
-    assert [parameters.row_at(time_s) for time_s in times_s] == list(range(500))
-    assert parameters.row_at(-3.0) == 0
+    assert abs(loudest * parameters.row_s - click_s) <= parameters.row_s / 2
 
 
 @pytest.mark.parametrize("rate_hz", [8_000, 16_000, 22_050, 48_000, 96_000, 44_101])

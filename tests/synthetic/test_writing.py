@@ -7,7 +7,6 @@ import pytest
 
 from corsmal.dataset import open_dataset
 from corsmal.dataset.calibration import read_camera
-from corsmal.dataset.truth import read_truth
 from corsmal.errors import ArgumentError, CorsmalError, FileError, NotFoundError
 from corsmal.stages import true_masks
 from corsmal.synthetic.writing import recording as recording_files
@@ -32,6 +31,10 @@ def copied_root(demo_root: Path, tmp_path: Path) -> Path:
 
 def snapshot(root: Path) -> dict[str, bytes]:
     return {str(path.relative_to(root)): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file()}
+
+
+def truth_of(root: Path, recording_id: str) -> dict:
+    return json.loads((root / "truth" / f"{recording_id}.json").read_text(encoding="utf-8"))
 
 
 def test_the_library_reads_it_like_any_other_dataset(demo_root):
@@ -62,10 +65,11 @@ def test_the_calibration_is_the_scenes(demo_root):
 
 def test_the_truth_tells_masks_pose_and_profile(demo_root):
     recording = open_dataset(demo_root)["000001"]
-    truth, visible = read_truth(recording), true_masks(recording, "view3")
+    truth, visible = truth_of(demo_root, "000001"), true_masks(recording, "view3")
     amodal = true_masks(recording, "view3", kind="amodal")
-    assert truth.profile_mm[0][-1] == 72
-    assert visible.frames == tuple(range(len(truth.fill)))
+    assert truth["profile"]["outer_heights_mm"][-1] == 72
+    assert np.array(truth["rotation"]).shape == (truth["frames"], 3, 3)
+    assert visible.frames == tuple(range(len(truth["fill"])))
     assert visible.size == (36, 64)
     detection = amodal[visible.frames[-1]]
     assert detection.labels.tolist() == [47]
@@ -76,7 +80,7 @@ def test_the_truth_tells_masks_pose_and_profile(demo_root):
 
 
 def test_the_box_has_no_profile(demo_root):
-    assert read_truth(open_dataset(demo_root)["000000"]).profile_mm is None
+    assert truth_of(demo_root, "000000")["profile"] is None
 
 
 def test_a_complete_demo_is_left_alone(copied_root):
@@ -198,8 +202,8 @@ def test_data_to_train_on_has_fewer_frames_and_all_of_the_sound(tmp_path):
     frames = len(range(0, scene.frames, 30))
     with recording.views["view3"].video() as video:
         assert (len(video), video.fps) == (frames, 1)
-    truth = read_truth(recording)
-    np.testing.assert_allclose(truth.base_m, scene.motion.base_m[::30], atol=1e-6)
+    truth = truth_of(tmp_path, "000000")
+    np.testing.assert_allclose(truth["base_m"], scene.motion.base_m[::30], atol=1e-6)
     assert true_masks(recording, "view1").frames == tuple(range(frames))
     assert recording.audio().duration_s == pytest.approx(scene.duration_s, abs=1e-3)
     with pytest.raises(FileError, match="made with other settings"):
