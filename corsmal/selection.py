@@ -88,8 +88,8 @@ def view_score(detections: Detections, partner: Detections) -> int:
     """S of a view in a pair: the container's mask pixels less the penalties of both views (equation 4).
 
     Args:
-        detections: the view's remaining detections in one frame, the container first.
-        partner: the other view's remaining detections in the same frame.
+        detections: the view's remaining detections in one frame, the container first; not empty.
+        partner: the other view's.
 
     Raises:
         ArgumentError: ``detections`` is empty.
@@ -140,12 +140,7 @@ def select_best_frame(
     """The frame with the highest score of a pair, on the first rung of the ladder that leaves any (equation 5).
 
     The paper keeps detections whose box centre lies in the middle third of both axes. Where no frame qualifies, only
-    the horizontal third counts; where still none does, no centre rule.
-
-    Args:
-        views: per view, the unfiltered detections by frame index.
-        pair: names of the two views.
-        parameters: the filter's numbers; default: the paper's.
+    the horizontal third counts; where still none does, no centre rule. Args are as in ``score_frames``.
 
     Returns:
         The best frame (of equal scores the first); ``ok`` is false, with a reason, where no frame has a container in

@@ -98,14 +98,14 @@ def save_network(
     training: Mapping[str, Any] | None = None,
     half: bool = False,
 ) -> None:
-    """Write a network's weights in one file with its config and what it was trained on.
+    """Write a network's weights in one file with its config and what it was trained on, both as JSON can hold them.
 
     Args:
         path: the file, ``.safetensors``.
         network: whose state is written.
         kind: which network it is; ``read_network`` checks it.
-        config: its sizes, anything that JSON can hold.
-        training: what it was trained on, likewise.
+        config: its sizes.
+        training: what it was trained on.
         half: write the parameters in half precision. Buffers, such as the statistics of inputs, keep theirs.
 
     Raises:
@@ -200,11 +200,7 @@ def _advice(kind: Kind) -> str:
 
 
 def choose_device(name: str | None = None, *, prefer_gpu: bool = False) -> "torch.device":
-    """The device that a network runs on.
-
-    Args:
-        name: such as ``cuda:0``; default: the CPU.
-        prefer_gpu: by default a GPU where there is one.
+    """The device of that name, such as ``cuda:0``; by default the CPU, or a GPU where it is preferred and there is one.
 
     Raises:
         ArgumentError: there is no such device.

@@ -32,14 +32,9 @@ INTERRUPTED = 130
 def choose_engine(
     name: str, *, workers: int | None, scheduler: str | None, recordings: int, detects: bool = False
 ) -> "Engine":
-    """The engine for the given options.
+    """The engine for the options ``--engine``, ``--workers`` and ``--scheduler``.
 
-    Args:
-        name: ``local`` or ``dask``.
-        workers: number of processes on this machine; None: as many as its cores and memory allow.
-        scheduler: address of a running cluster.
-        recordings: their number; more processes would idle.
-        detects: whether a detector is used, which only one process can run on a GPU.
+    There are no more processes than recordings, and only one that runs a detector on a GPU.
 
     Raises:
         typer.BadParameter: the options exclude each other.

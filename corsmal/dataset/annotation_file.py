@@ -79,15 +79,10 @@ _COLUMNS = {
 
 
 def read_annotations(root: Path, names: Iterable[str]) -> Annotations:
-    """Read the annotation of a dataset folder.
+    """Read the annotation of a dataset folder as far as it can be used, with sentences on the rest.
 
-    Args:
-        root: the dataset's folder.
-        names: the files in it. The first whose name contains ``annotation`` and that can be read is taken, JSON
-            before CSV.
-
-    Returns:
-        What could be used, and sentences on the rest.
+    Of the files ``names`` in it the first is taken whose name contains ``annotation`` and that can be read, JSON before
+    CSV.
     """
     candidates = sorted(name for name in names if re.search(r"annotation.*\.(json|csv)$", name.lower()))
     candidates.sort(key=lambda name: not name.lower().endswith(".json"))

@@ -47,9 +47,6 @@ def read_audio(path: str | Path, *, end_s: float | None = None, channels: Channe
         end_s: where to cut, in seconds from the start; None reads to the end.
         channels: how another number of channels is made eight; default: not at all.
 
-    Returns:
-        The samples as float32.
-
     Raises:
         ArgumentError: there is no such rule for channels.
         FileError: the file is absent or no sound file, is empty, has another number of channels, or holds samples

@@ -106,9 +106,6 @@ def open_dataset(root: str | Path) -> Dataset:
     Args:
         root: a folder of the layout of CORSMAL Containers Manipulation. Any part of it may be absent.
 
-    Returns:
-        The recordings that are on disk or in the annotation, each with what it lacks.
-
     Raises:
         FileError: the folder is absent, is no folder, or holds nothing of this layout.
     """

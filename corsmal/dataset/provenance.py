@@ -31,12 +31,7 @@ class TrainedOn:
 
     @classmethod
     def of(cls, recordings: Iterable[Recording], *, features: Mapping[str, str] | None = None) -> "TrainedOn":
-        """What a final network is trained on.
-
-        Args:
-            recordings: the recordings.
-            features: digests of the arrays that it is trained on instead of their sound, by id.
-        """
+        """What a final network is trained on; ``features`` are digests, by id, of arrays instead of the sound."""
         known, kinds = {}, set()
         for recording in recordings:
             known[recording.id] = parts_of(recording, features=(features or {}).get(recording.id))
@@ -48,14 +43,10 @@ class TrainedOn:
         return replace(self, recordings={name: self.recordings[name] for name in ids}, protocol=protocol, fold=fold)
 
     def has_seen(self, recording: Recording, *, features: str | None = None) -> bool:
-        """Whether the network may have been trained on a recording.
+        """Whether the network may have been trained on a recording, whose array, if any, has the digest ``features``.
 
         The same id is enough unless a part that is known on both sides differs: recordings of other sets carry the same
         numbers. What cannot be told apart counts as seen.
-
-        Args:
-            recording: the recording.
-            features: digest of its array, where the network is given arrays.
         """
         if recording.id not in self.recordings:
             return False
@@ -86,12 +77,9 @@ class TrainedOn:
 def parts_of(recording: Recording, *, features: str | None = None) -> dict[str, int | str]:
     """What a recording is recognised by, whichever folder it is copied to: its files' sizes, and its container.
 
-    Args:
-        recording: whose files are looked up.
-        features: digest of its array, where there is one.
-
     Returns:
-        ``audio`` and ``view1`` to ``view4`` in bytes, ``container``, ``features``; what there is of them.
+        ``audio`` and ``view1`` to ``view4`` in bytes, ``container``, and ``features``, the digest of its array; what
+        there is of them.
     """
     paths = {name: view.video_path for name, view in recording.views.items()}
     if recording.audio_path is not None:

@@ -10,12 +10,7 @@ MaskKind = Literal["visible", "amodal"]
 
 
 def true_mask_path(recording: Recording, view: str, *, kind: MaskKind) -> Path:
-    """The file of the container's true masks in one view, as detections; it may be missing.
-
-    Args:
-        recording: a synthetic one.
-        view: its name.
-        kind: ``visible``: the visible pixels; ``amodal``: the whole silhouette, hidden parts included.
+    """The file of the container's true masks in one view, as detections, see ``true_masks``; it may be missing.
 
     Raises:
         NotFoundError: the recording is not synthetic.

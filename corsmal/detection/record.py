@@ -63,12 +63,7 @@ class Detections:
 
     @classmethod
     def from_coco(cls, entries: Sequence[Mapping[str, Any]], *, size: Size) -> "Detections":
-        """Detections from one frame's entries of a COCO results file.
-
-        Args:
-            entries: mappings with ``category_id``, ``score``, ``bbox`` (x, y, width, height; taken from the mask where
-                absent) and ``segmentation`` (polygons, plain or compressed run lengths).
-            size: (H, W) of the image in pixels.
+        """Detections in an image of ``size`` (H, W) from one frame's entries of a COCO results file.
 
         Raises:
             ArgumentError: an entry cannot be used; ``read_coco_results`` skips such entries instead.
@@ -88,11 +83,7 @@ class Detections:
         return cls.from_counts(boxes, scores, labels, counts, size=size)
 
     def to_coco(self, image_id: int) -> list[dict[str, Any]]:
-        """Entries of a COCO results file, masks as compressed run lengths.
-
-        Args:
-            image_id: the number of the frame.
-        """
+        """Entries of a COCO results file, masks as compressed run lengths, ``image_id`` the number of the frame."""
         columns = zip(self.boxes.tolist(), self.scores.tolist(), self.labels.tolist(), self.counts, strict=True)
         return [format_entry(CocoEntry(*row), image_id=image_id, size=self.size) for row in columns]
 

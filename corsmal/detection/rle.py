@@ -155,7 +155,7 @@ def counts_from_segmentation(segmentation: Any, size: Size, *, whole: Container[
         whole: compressed run lengths that were checked before, from ``whole_counts``.
 
     Raises:
-        ArgumentError: it is none of these, or its size is another; the text says which.
+        ArgumentError: it is none of these, or of another size.
     """
     if isinstance(segmentation, Mapping):
         return counts_from_rle(segmentation, size, whole=whole)

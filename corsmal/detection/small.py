@@ -153,12 +153,7 @@ class CoarseProposals(nn.Module):
 
 
 class SmallMaskRCNN(MaskRCNN):
-    """The network, with random weights.
-
-    Args:
-        config: its sizes.
-        score_min: detections with a lower score are not returned.
-    """
+    """The network, with random weights; detections with a score below ``score_min`` are not returned."""
 
     rpn: nn.Module
 
@@ -193,12 +188,7 @@ class SmallMaskRCNN(MaskRCNN):
 
 
 class SmallDetector(TorchDetector):
-    """The demo's detector: a ``SmallMaskRCNN`` with weights from a file.
-
-    Args:
-        weights: safetensors written by ``save_detector``.
-        device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
-        score_min: detections with a lower score are not reported.
+    """The demo's detector: a ``SmallMaskRCNN`` with weights from a file; other arguments as in ``MaskRCNNDetector``.
 
     Raises:
         FileError: the file is absent, broken, or of another network.

@@ -22,8 +22,8 @@ class TorchDetector:
         name: for people: the method and its weights.
         digest: of the weights' content and the settings that the detections depend on.
         device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
-        labels: COCO number of each of the network's classes, the background left out, 0 for a class that is not to be
-            reported; default: they are the same.
+        labels: COCO number of each of the network's classes but the background, 0 for a class that is not reported;
+            default: they are the same.
 
     Raises:
         ArgumentError: there is no such device.

@@ -11,12 +11,9 @@ PROCESS_BYTES = 2_000_000_000
 
 
 def local_engine(recordings: int, *, workers: int | None = None, detects: bool = False) -> Engine:
-    """The engine of this machine.
+    """The engine of this machine for a number of recordings: by default as many processes as cores and memory allow.
 
-    Args:
-        recordings: their number; more processes would idle.
-        workers: number of processes; default: as many as cores and memory allow.
-        detects: whether a detector is used: on a GPU only one process can run it.
+    A detector on a GPU is run by one process only.
     """
     count = min(1 if detects and has_gpu() else workers or default_workers(), recordings)
     return Processes(count) if count > 1 else in_turn

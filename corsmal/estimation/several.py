@@ -55,13 +55,7 @@ def choose_frames(
 
     For several frames all those with a container in both views are scored, wherever in the picture it is: the centre
     rule may leave only the few frames in which another object was taken for the container, and one wrong object among
-    many frames is outvoted.
-
-    Args:
-        views: unfiltered detections by view and frame.
-        pair: the two views.
-        shape: parameters of the fit.
-        selection: parameters of the filter; default: the paper's.
+    many frames is outvoted. Args are as in ``select_best_frame``.
 
     Returns:
         The scores, and the frames in order; none where there is no best frame.
@@ -78,14 +72,10 @@ def choose_frames(
 
 
 def combine_fits(fits: Sequence[Fit], recording: Recording) -> Combined | None:
-    """What fits of several frames of one recording say together; None where all failed.
+    """What fits of a pair of views in several frames of one recording say together; None where all failed.
 
     The container is rigid: the median over the fits is taken for each quantity, weighted by how well their silhouettes
     agree with the masks. A box or a solid of revolution, as most of the best explained say.
-
-    Args:
-        fits: of a pair of views.
-        recording: gives the cameras.
     """
     found = sorted((fit for fit in fits if fit.ok), key=lambda fit: -(fit.hull.overlap or 0.0))
     if not found:

@@ -73,10 +73,6 @@ def attribution_table(
 def with_true_filling(estimates: pd.DataFrame, annotation: pd.DataFrame) -> pd.DataFrame:
     """Estimates with the annotated filling type and level, and the masses that follow from them.
 
-    Args:
-        estimates: an estimates table.
-        annotation: a dataset's table, or the columns of the annotation file.
-
     Returns:
         An estimates table of the recordings that both have; what the annotation does not know stays as estimated.
 

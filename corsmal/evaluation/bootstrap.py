@@ -37,10 +37,10 @@ def draw_weights(recordings: int, *, resamples: int, rng: np.random.Generator) -
 
 
 def weighted_metric(errors: pd.DataFrame, metric: str, weights: Floats, *, counts: NDArray[np.bool_]) -> Floats:
-    """A metric of Table 2 for many sets of weights at once.
+    """A metric of Table 2 over (n) rows of ``error_table``, for many sets of weights at once.
 
     Args:
-        errors: (n) rows of ``error_table``.
+        errors: of some recordings.
         metric: a key of ``METRICS``.
         weights: (m, n) how often each recording counts.
         counts: (n,) whether it counts at all; for a number, whether it has an error.

@@ -62,9 +62,6 @@ def typeset_table_2(
 def table_2_texts(cells: pd.DataFrame) -> pd.DataFrame:
     """Table 2 with all of a cell in one text, such as ``77.1 [70.2, 84.0], n = 84, 2 failed``.
 
-    Args:
-        cells: as in ``typeset_table_2``.
-
     Returns:
         A row per container: ``container``, and under headings for people the metrics of each protocol, then the
         published ones.

@@ -19,16 +19,13 @@ ROW_PX = 24
 def answer_figure(
     prediction: FillingPrediction, *, head: Head, whole: FillingPrediction | None = None, true: str | None = None
 ) -> Drawn:
-    """A bar per class with its probability, and its logit in brackets.
+    """A bar per class with its probability in percent, and its logit in brackets; classes from above in their order.
 
     Args:
         prediction: of what is heard; it did not fail.
         head: which of its two answers.
         whole: of the whole recording, drawn as a mark on each bar.
         true: the annotated class, where it is known; marked by a diamond.
-
-    Returns:
-        Probabilities in percent, classes from above in their order; the figure's height is set.
     """
     colours = HEAD_COLOURS[head]
     rows = list(range(len(colours)))

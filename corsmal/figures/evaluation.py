@@ -103,15 +103,12 @@ def _strips(points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, seed: i
 
 
 def comparison_figure(rows: pd.DataFrame, *, label: str) -> go.Figure:
-    """Differences of two runs with their intervals, one line each.
+    """Differences of two runs with their intervals, a point per row from above, whose ``customdata`` is its label.
 
     Args:
         rows: ``label``'s column, ``difference``, ``low``, ``high`` (percentage points; the ends NaN without a spread)
             and ``verdict``.
-        label: the column that names the lines.
-
-    Returns:
-        A point with its interval per row, in order from above; a point's ``customdata`` is its label.
+        label: the column that names the rows.
     """
     names = [str(name) for name in rows[label]]
     places = np.arange(len(names))[::-1]

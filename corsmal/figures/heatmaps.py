@@ -16,10 +16,7 @@ GAPS = {"xgap": 2, "ygap": 2}
 
 
 def confusion_figure(tables: Mapping[Kind, pd.DataFrame]) -> go.Figure:
-    """Confusion matrices side by side (paper Fig. 3).
-
-    Args:
-        tables: by kind of container, from ``corsmal.evaluation.confusion_tables``: counts, a row per true class.
+    """Confusion matrices of ``corsmal.evaluation.confusion_tables``, by kind of container, side by side (paper Fig. 3).
 
     Returns:
         A heat map per kind, in order, so that a click's ``curve`` is the number of its kind and its ``y`` and ``x`` are
@@ -107,15 +104,14 @@ def sweep_figure(table: pd.DataFrame, *, metric: str, label: str, current: tuple
 def blame_figure(table: pd.DataFrame, *, rows: str, columns: str, value: str, label: str) -> go.Figure:
     """How much of an error goes away with a stage's mistakes, as a heat map.
 
+    From −100 % (the error doubled) to 100 % (nothing is left of it); cells without a number are empty.
+
     Args:
-        table: rows of ``corsmal.evaluation.blame_table``, or a melted form of it.
+        table: rows of ``corsmal.evaluation.attribution_table``, or a melted form of it.
         rows: the column that names the rows.
         columns: the column that names the columns.
         value: the column with the part of the error that is gone, %.
         label: what is drawn, for people.
-
-    Returns:
-        From −100 % (the error doubled) to 100 % (nothing is left of it); cells without a number are empty.
     """
     down, across = (list(dict.fromkeys(table[name])) for name in (rows, columns))
     parts = table.pivot_table(index=rows, columns=columns, values=value, dropna=False)

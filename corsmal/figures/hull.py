@@ -32,14 +32,11 @@ def hull_figure(
     """The hull as a surface with its circumferences, each camera as a frustum with its ray to the centroid.
 
     Args:
-        hull: the fitted hull; only the cameras are drawn for a failed one.
+        hull: the fitted hull; only the cameras are drawn for a failed one. World millimetres.
         dimensions: marks the circumferences that smoothing rejected and the two ends.
         cameras: by view.
         scope: ``container`` frames the hull, ``cameras`` the whole set-up. Both are to scale.
         beside: name and hull of another fit, drawn over it.
-
-    Returns:
-        A 3D figure in world millimetres.
     """
     traces = [_surface(hull), *_circumferences(hull, dimensions)] if hull.ok else []
     if beside is not None and beside[1].ok:

@@ -15,16 +15,13 @@ def profile_figure(
     truth_mm: tuple[float, float, float] | None = None,
     beside: tuple[str, Hull] | None = None,
 ) -> Drawn:
-    """Radius against height, as one would see the container from the side.
+    """Radius against height, to equal scales, as one would see the container from the side.
 
     Args:
         hull: the fitted hull.
         dimensions: marks what smoothing kept and the two ends.
         truth_mm: annotated bottom width, top width and height, drawn as a frustum that starts at the lower end.
         beside: name and hull of another fit, drawn over it.
-
-    Returns:
-        A figure with equal scales on both axes.
     """
     traces = _radii(hull, dimensions)
     ends = {"i_b, lower end": dimensions.bottom, "i_t, upper end": dimensions.top}

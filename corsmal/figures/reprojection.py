@@ -19,14 +19,11 @@ def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, h
     """The converged circumferences' points in one view: those on and those off the mask.
 
     Args:
-        image: (H, W, 3) uint8 RGB.
+        image: (H, W, 3) uint8 RGB; the figure, in its pixels, is cropped around the mask.
         mask: (H, W) bool, the container's.
         camera: of this view.
         hull: the fitted hull.
         points: N, points per circumference.
-
-    Returns:
-        A figure in pixels, cropped around the mask, x to the right and y down.
     """
     rings = circumference_points(hull, points=points)[hull.converged]
     pixels = camera.project(rings.reshape(-1, 3))

@@ -12,12 +12,8 @@ from corsmal.selection import BestFrame
 def score_figure(best: BestFrame, *, frame: int | None = None) -> Drawn:
     """Scores by frame: the pair's score, the mask pixels of each view and the penalties that are taken off.
 
-    Args:
-        best: the selection of one pair.
-        frame: the chosen frame, marked by a line.
-
-    Returns:
-        A figure whose points' ``x`` is the frame index; frames without a container in both views leave a gap.
+    A line marks the chosen ``frame``; frames without a container in both views leave a gap. A point's ``x`` is the
+    frame index.
     """
     scores = best.scores
     penalties = [-2 * sum(score.penalties) if score.total is not None else None for score in scores]
@@ -57,11 +53,7 @@ def score_error_figure(table: pd.DataFrame) -> go.Figure:
     """Is the best frame a good one: the error of the fit in a frame against the frame's View Score.
 
     Args:
-        table: a row per frame with columns ``container``, ``recording``, ``frame``, ``score`` (pixels) and
-            ``error_pct`` (mean of the four quantities' absolute errors).
-
-    Returns:
-        One point per frame, coloured by container.
+        table: from ``corsmal.runs.view_scores.score_errors``; a point per frame, coloured by container.
     """
     import plotly.express as px  # noqa: PLC0415 - takes long to import, and no page draws this
 

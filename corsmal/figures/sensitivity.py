@@ -19,12 +19,9 @@ def sensitivity_figure(
 
     Args:
         changes: (n,) relative changes, 0 among them; 0.1 stands for 10 % more.
-        masses_g: (n,) grams by number, a line each.
+        masses_g: (n,) grams by number: a line each, against the change in %.
         values: what each number is without a change.
         true_g: the true mass, a dashed line.
-
-    Returns:
-        The lines against the change in %, and a point where all numbers are as they are.
     """
     percent = 100 * np.asarray(changes)
     traces = [

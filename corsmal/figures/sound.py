@@ -53,7 +53,7 @@ def sound_picture(
 
     Args:
         samples: (S,) waveform, S at least 1.
-        rows: (T, bands) natural logarithms of the bands' power.
+        rows: (T, bands) natural logarithms of the bands' power, ``row_s`` apart.
         sample_rate_hz: of the samples.
         row_s: seconds from one row to the next.
         highest_hz: where the highest band ends.

@@ -69,13 +69,10 @@ class Block(nn.Module):
         self.dropout = nn.Dropout(config.dropout)
 
     def forward(self, x: Tensor, padding: Tensor, *, cls_only: bool = False) -> tuple[Tensor, Tensor | None]:
-        """One block.
+        """One block, from (B, T + 1, features) and ``padding`` (B, T + 1) bool, true on rows that are not attended to.
 
-        Args:
-            x: (B, T + 1, features).
-            padding: (B, T + 1) bool, true where nobody is to attend to.
-            cls_only: compute only what becomes of the cls embedding. In the last block, which needs no more, a training
-                step without it takes 1.5 times as long (8 × 220–600 × 128 features, a CPU with AVX2 only).
+        With ``cls_only`` only what becomes of the cls embedding is computed. In the last block, which needs no more, a
+        training step without it takes 1.5 times as long (8 × 220–600 × 128 features, a CPU with AVX2 only).
 
         Returns:
             (B, T + 1, features), or (B, 1, features) with the (B, 1, T + 1) weights of its attention, mean over heads.
@@ -206,10 +203,7 @@ def sinusoidal_positions(length: int, width: int) -> Tensor:
 def save_filling(path: Path, models: Sequence[FillingModel], *, training: Mapping[str, Any] | None = None) -> None:
     """Write up to eight models, whose probabilities are averaged, with their configs and what they were trained on.
 
-    Args:
-        path: the file, ``.safetensors``.
-        models: they must expect the same channels and features and read their answers alike.
-        training: anything that JSON can hold.
+    They must expect the same channels and features and read their answers alike.
 
     Raises:
         ArgumentError: there is none, there are too many, or they do not belong together.

@@ -111,14 +111,10 @@ class MassModel(nn.Module):
         self.register_buffer("target_std", torch.ones(()))
 
     def learn_statistics(self, numbers: Tensor, mass_g: Tensor) -> None:
-        """Take over the training set's statistics: the numbers' for standardising, and the masses' spread and mean.
+        """Take over the training set's statistics, of the numbers (n, 3 or 4) for standardising and of the masses (n,).
 
-        The last layer answers in units of the spread: weights of the order of one, and a learning rate that suits
-        them, then do for grams. Its bias begins at the mean, so that its ReLU lets gradients through.
-
-        Args:
-            numbers: (n, 3 or 4), as in ``forward``.
-            mass_g: (n,) grams.
+        The last layer answers in units of the masses' spread: weights of the order of one, and a learning rate that
+        suits them, then do for grams. Its bias begins at the mean, so that its ReLU lets gradients through.
         """
         values, targets = self._scaled(numbers.float()), self.as_target(mass_g.float())
         self.numbers_mean.copy_(values.mean(dim=0))

@@ -44,11 +44,7 @@ def filling_mass_g(filling_type: int, filling_level: int, capacity_ml: float | N
 
 
 def mm_per_pixel(camera: Camera, point_m: NDArray[np.float64]) -> float:
-    """Millimetres that one pixel of a camera's image spans at the depth of a world point.
-
-    Args:
-        camera: for images of the size in question.
-        point_m: (3,) metres, in front of the camera, such as a hull's centroid.
+    """Millimetres that one pixel of a camera's image spans at the depth of a world point (3,), in metres.
 
     Raises:
         ArgumentError: the point is not finite, or lies behind the camera.

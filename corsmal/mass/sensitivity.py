@@ -31,11 +31,11 @@ def predict_with_changes(
     axis: AxisRule,
     padding_px: int,
 ) -> tuple[MassPrediction, dict[str, Floats]]:
-    """The mass of the container that a mask shows, and how it depends on the numbers beside the mask.
+    """The mass of the container that a mask (H, W) shows, and how it depends on the numbers beside the mask.
 
     Args:
         model: the network, on the CPU; without it the mask is restored all the same.
-        mask: (H, W) bool, the container's visible pixels in the robot's view.
+        mask: bool, the container's visible pixels in the robot's view.
         numbers: ``NUMBERS`` by name, None where one is not known.
         changes: (n,) relative changes above -1, 0 among them: 0.1 for 10 % more.
         axis: the rule for the axis of symmetry.

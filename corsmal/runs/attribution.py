@@ -141,12 +141,7 @@ def ablate(
 ) -> dict[tuple[str, str], list[Row]]:
     """The geometry of synthetic recordings with several presets, from the detected and from the true masks.
 
-    Args:
-        dataset: of synthetic recordings.
-        store: gives the detections.
-        presets: parameters of the fit by name; default: ``ablation_presets``.
-        engine: where it is done.
-        progress: called with the numbers of recordings, once for each preset, done and wanted.
+    ``progress`` is called with the numbers of recordings, once for each preset, done and wanted.
 
     Returns:
         Rows by ``detected`` or ``true`` masks and preset, see ``corsmal.evaluation.ablation_table``.

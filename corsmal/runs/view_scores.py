@@ -13,12 +13,7 @@ from corsmal.stages.true_masks import true_views
 
 
 def score_errors(dataset: Dataset, *, step: int = 3, shape: ShapeParameters | None = None) -> pd.DataFrame:
-    """View Score of frames beside the error of the fit in them, with true masks and the first pair of views.
-
-    Args:
-        dataset: of synthetic recordings.
-        step: between frames.
-        shape: parameters of the fit; default: the paper's.
+    """View Score of every ``step``-th frame beside the error of the fit in it, with true masks of the first pair.
 
     Returns:
         A row per frame that could be fitted: recording, container, frame, score (pixels), error_pct (mean of the

@@ -36,13 +36,10 @@ def learn_wall(
     shape: ShapeParameters | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> LearntWall:
-    """Learn the wall from the hulls of recordings whose capacities are annotated.
+    """Learn the wall from the hulls of recordings whose capacities are annotated, by default with the preset ``tuned``.
 
-    Args:
-        recordings: whose detections are beside their videos or in the store.
-        store: gives the detections.
-        shape: parameters of the fit; default: the preset ``tuned``.
-        progress: called with the numbers of recordings done and wanted.
+    Detections are beside the videos or in the store; ``progress`` is called with the numbers of recordings done and
+    wanted.
 
     Raises:
         ArgumentError: no recording has a round container that was fitted and whose capacity is annotated.

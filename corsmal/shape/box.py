@@ -31,16 +31,13 @@ _CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z i
 
 
 def fit_box(cameras: Sequence[Camera], masks: Sequence[Mask], start: Hull, *, tilt_deg: float) -> Hull:
-    """Fit a box to how far masks reach in every direction.
+    """Fit a box to how far masks, (H, W) bool and not empty, reach in every direction in two or more cameras.
 
     Args:
         cameras: two or more.
-        masks: per camera an (H, W) bool mask, not empty.
+        masks: one per camera.
         start: a solid of revolution fitted to them, from whose size and place the search starts.
         tilt_deg: how far the axis is expected to lean; 0: it is vertical.
-
-    Returns:
-        The box, with as many circumferences as ``start`` has.
     """
     if start.centroid_m is None:
         return start

@@ -17,13 +17,9 @@ MESH_FORMATS: tuple[MeshFormat, ...] = get_args(MeshFormat)
 def hull_mesh(hull: Hull, *, sides: int = 96) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Closed mesh of the frusta between a hull's converged circumferences, normals outwards.
 
-    Args:
-        hull: the fitted hull.
-        sides: corners per circumference, at least 3.
-
     Returns:
-        (n, 3) vertices in world millimetres and (m, 3) triangles; both empty where fewer than two circumferences
-        converged.
+        (n, 3) vertices in world millimetres, ``sides`` (3 or more) to a circumference, and (m, 3) triangles; both empty
+        where fewer than two circumferences converged.
     """
     if sides < 3:
         raise ArgumentError(f"sides must be at least 3, got {sides}")

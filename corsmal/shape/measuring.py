@@ -65,15 +65,10 @@ def measure_hull(hull: Hull, parameters: ShapeParameters | None = None) -> Dimen
 
 
 def capacity_ml(hull: Hull, *, wall_mm: float = 0.0) -> float:
-    """What a container of a hull's outer shape holds.
+    """What a container of a hull's outer shape holds, in mL, by the hull's converged circumferences.
 
-    Args:
-        hull: whose converged circumferences count.
-        wall_mm: how much smaller the cavity's radius is, mm. Where it is not 0, what lies below a stem's narrowest
-            place is left out as well: no liquid gets there. A box's wall is thin: its capacity is its volume.
-
-    Returns:
-        Millilitres.
+    ``wall_mm`` is how much smaller the cavity's radius is. Where it is not 0, what lies below a stem's narrowest place
+    is left out as well: no liquid gets there. A box's wall is thin: its capacity is its volume.
     """
     heights, radii = hull.heights_mm[hull.converged], hull.radii_mm[hull.converged]
     if hull.depth_mm is not None:
@@ -93,41 +88,22 @@ def _bowl_start(radii_mm: Floats) -> int:
 
 
 def frusta_volume_ml(heights_mm: Floats, radii_mm: Floats) -> float:
-    """Volume of the conical frusta between neighbouring circumferences (equation 6).
-
-    Args:
-        heights_mm: (n,) ascending, mm.
-        radii_mm: (n,) mm.
-
-    Returns:
-        Millilitres; 0 for fewer than two circumferences.
-    """
+    """Volume of the conical frusta between circumferences, (n,) ascending heights and radii (equation 6)."""
     lower, upper = radii_mm[:-1], radii_mm[1:]
     return float(np.pi / 3 * np.sum((upper**2 + upper * lower + lower**2) * np.diff(heights_mm)) / CUBIC_MM_PER_ML)
 
 
 def smooth(radii_mm: Floats, *, max_difference_mm: float) -> NDArray[np.bool_]:
-    """Which radii remain: one is dropped if the next differs from it by more than d_max. The last one stays.
-
-    Args:
-        radii_mm: (n,) radii from the lowest to the highest, mm.
-        max_difference_mm: d_max, mm.
-
-    Returns:
-        (n,) bool.
-    """
+    """Which radii (n,) remain: one is dropped if the next differs from it by more than d_max. The last one stays."""
     differences = np.abs(np.diff(radii_mm, append=radii_mm[-1:]))
     return differences <= max_difference_mm + SAME_MM
 
 
 def profile_ends(radii_mm: Floats) -> tuple[int, int]:
-    """Where a smoothed profile begins and ends (equations 7 and 8).
+    """Where a smoothed profile (n',) begins and ends (equations 7 and 8).
 
     Outside the container the fitted radii change fast. Going up, the lower end is the first radius whose step to the
     next is smaller than the step before it; the upper end is the last whose step is smaller than the one after it.
-
-    Args:
-        radii_mm: (n',) remaining radii from the lowest to the highest, mm.
 
     Returns:
         0-based positions of the lower and the upper end; the first and the last where the equations' sets are empty.

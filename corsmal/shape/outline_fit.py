@@ -22,13 +22,9 @@ EXPLAINED_MIN = 0.75
 def fit_outlines(
     cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: NDArray[np.float64], parameters: ShapeParameters
 ) -> Hull:
-    """Fit a solid of revolution, and a box where asked for, to the outlines of masks.
+    """Fit a solid of revolution, and a box where ``parameters`` want it, to the outlines of masks.
 
-    Args:
-        cameras: two or more.
-        masks: per camera an (H, W) bool mask, not empty.
-        centroid_m: (3,) the triangulated centroid, where the axis is looked for at first.
-        parameters: ``tilt_deg``, ``boxes`` and ``circumferences`` are used.
+    Args are as in ``fit_hull``; the axis is first looked for at ``centroid_m`` (3,).
 
     Returns:
         The hull with its ``overlap``; a failed one, with a reason, where no solid explains the masks.

@@ -13,17 +13,12 @@ WALL_STEP_MM = 0.1
 
 
 def learn_wall_mm(hulls: Sequence[Hull], capacities_ml: Sequence[float]) -> float:
-    """The wall with which hulls hold what their containers are known to hold, with the least mean error in %.
+    """The wall, in steps of 0.1 mm, with which hulls hold what is annotated, with the least mean error in %.
 
-    Args:
-        hulls: one per recording; boxes and failed ones count for nothing.
-        capacities_ml: the annotated capacities, positive.
-
-    Returns:
-        Millimetres, in steps of 0.1.
+    Boxes and failed hulls count for nothing.
 
     Raises:
-        ArgumentError: the numbers differ, or no hull tells anything.
+        ArgumentError: there is not a capacity for each hull, or no hull of a round container.
     """
     if len(hulls) != len(capacities_ml):
         raise ArgumentError(f"there must be a capacity for each hull, got {len(capacities_ml)} for {len(hulls)}")
@@ -40,10 +35,7 @@ def learn_walls_of_others(
 ) -> list[float | None]:
     """``learn_wall_mm`` for every hull from the hulls of all other containers: what an unseen one would be given.
 
-    Args:
-        hulls: one per recording.
-        capacities_ml: the annotated capacities, positive.
-        containers: which container each recording shows.
+    ``containers`` says which one each recording shows.
 
     Returns:
         A wall for each hull, mm; None where no other container is round.

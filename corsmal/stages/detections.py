@@ -179,13 +179,7 @@ def _beside_the_best(detections: DetectionSet, seen: set[int], step: int) -> lis
 
 
 class _ViewWork:
-    """Detecting in one view, on top of what the store holds.
-
-    Args:
-        view: the view.
-        detector: whose results are looked for and added to.
-        store: where they are kept.
-    """
+    """Detecting in one view, on top of what the store holds."""
 
     def __init__(self, view: View, detector: Detector, store: Store) -> None:
         self._view, self._detector, self._store = view, detector, store

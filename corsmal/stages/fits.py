@@ -31,15 +31,7 @@ def load_fit(
 ) -> Fit:
     """The hull of one pair in one frame, from the store if it was fitted before.
 
-    Args:
-        recording: the recording.
-        detections: of the recording.
-        pair: the two views.
-        frame: frame index.
-        centre_rule: the rung of the ladder with which the container is chosen.
-        shape: parameters of the fit.
-        store: where hulls are kept.
-        source: cameras and masks of the recording, where the caller holds them already.
+    Args are as in ``fit_masks``; ``source`` holds cameras and masks where the caller has them already.
     """
     calibrations = calibration_fingerprints(recording)
     key = digest(

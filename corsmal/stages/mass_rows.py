@@ -25,14 +25,8 @@ def mass_rows(
 ) -> Iterator[MassRow]:
     """A row for every recording whose container's mass is annotated: its mask in the best frame and its measures.
 
-    Args:
-        recordings: whose detections are beside their videos or in the store.
-        store: gives the detections.
-        shape: parameters of the fit; default: the paper's.
-        progress: called with the numbers of recordings done and wanted.
-
-    Yields:
-        The rows in order; where nothing could be fitted, one with an empty mask and without measures.
+    Detections are beside the videos or in the store; ``progress`` is called with the numbers of recordings done and
+    wanted. Where nothing could be fitted, the row has an empty mask and no measures.
     """
     for index, recording in enumerate(recordings):
         known = recording.annotation

@@ -21,10 +21,7 @@ def true_views(recording: Recording) -> dict[str, ViewDetections]:
 def true_masks(recording: Recording, view: str, *, kind: MaskKind = "visible") -> ViewDetections:
     """The container's masks in one view, frame by frame, with score 1; a frame without the container has none.
 
-    Args:
-        recording: a synthetic one.
-        view: its name.
-        kind: ``visible``: the visible pixels; ``amodal``: the whole silhouette, hidden parts included.
+    ``visible`` masks hold the visible pixels, ``amodal`` ones the whole silhouette.
 
     Raises:
         NotFoundError: the recording is not synthetic, or this view has no such masks.

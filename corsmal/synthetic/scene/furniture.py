@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Furniture:
-    """Where the room's surfaces are.
+    """Where the room's surfaces are, in metres.
 
     Args:
         wall_y_m: the wall behind the person.

@@ -59,11 +59,7 @@ def detector_report(
 
 
 def detector_table(report: pd.DataFrame) -> pd.DataFrame:
-    """Recall, mean IoU of the hits and false detections per frame, by container and over all frames.
-
-    Args:
-        report: from ``detector_report``.
-    """
+    """Recall, mean IoU of the hits and false detections per frame of a report, by container and over all frames."""
 
     def summary(rows: pd.DataFrame) -> pd.Series:
         visible = rows[rows["visible"]]

@@ -55,9 +55,7 @@ class WritePiece:
 def start_processes(root: Path, *, count: int | None = None) -> Processes:
     """Start the processes of ``write_demo``: they compile, and share what they compiled.
 
-    Args:
-        root: the dataset's folder.
-        count: how many; default: one per core, at most four.
+    By default there is one per core, at most four.
 
     Raises:
         CorsmalError: a process could not be started.
