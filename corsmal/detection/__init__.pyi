@@ -3,7 +3,6 @@ from .coco import write_coco_results as write_coco_results
 from .filtering import Filtered as Filtered
 from .filtering import filter_detections as filter_detections
 from .job import Detector as Detector
-from .job import VideoFrames as VideoFrames
 from .job import detect_view as detect_view
 from .maskrcnn import MaskRCNNDetector as MaskRCNNDetector
 from .record import Detections as Detections

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from corsmal.detection.record import Detections
 from corsmal.detection.view import ViewDetections
 from corsmal.errors import ArgumentError, CorsmalError
+
+if TYPE_CHECKING:
+    from corsmal.dataset import Video
 
 Frame = NDArray[np.uint8]
 """(H, W, 3) RGB."""
@@ -30,24 +33,8 @@ class Detector(Protocol):
         """The detections of each (H, W, 3) uint8 RGB image."""
 
 
-class VideoFrames(Protocol):
-    """What ``detect_view`` needs of a video; ``corsmal.dataset.Video`` is one."""
-
-    @property
-    def frame_count(self) -> int:
-        """How many frames there are."""
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """(width, height) in pixels."""
-
-    def __getitem__(self, index: int, /) -> Frame: ...
-
-    def __iter__(self) -> Iterator[Frame]: ...
-
-
 def detect_view(
-    video: VideoFrames,
+    video: "Video",
     detector: Detector,
     *,
     frames: Sequence[int] | None = None,
@@ -95,7 +82,7 @@ def detect_view(
     return ViewDetections(found, size=(height, width), source=detector.name, problems=tuple(problems))
 
 
-def _readable(video: VideoFrames, wanted: tuple[int, ...], problems: list[str]) -> Iterator[tuple[int, Frame]]:
+def _readable(video: "Video", wanted: tuple[int, ...], problems: list[str]) -> Iterator[tuple[int, Frame]]:
     """Frame numbers and images until the video breaks, which leaves a sentence in ``problems``."""
     try:
         if len(wanted) == video.frame_count:

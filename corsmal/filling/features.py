@@ -3,7 +3,7 @@
 import tokenize
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,22 +13,13 @@ from corsmal.dataset.layout import Recording
 from corsmal.digests import digest
 from corsmal.errors import FileError, NotFoundError
 from corsmal.filling.frontend import LogMelParameters, log_mel
+from corsmal.store import Store
 
 ARRAY_ROW_S = 0.96
 """Seconds of sound per row of (T, 128) arrays, as VGGish has it."""
 
 KIND = "log-mel"
 """Where a store keeps log-mel rows."""
-
-
-class ArrayStore(Protocol):
-    """Keeps named arrays, as ``corsmal.store.Store`` does."""
-
-    def arrays(self, kind: str, key: str) -> dict[str, NDArray[Any]] | None:
-        """The arrays of that key, or None."""
-
-    def save_arrays(self, kind: str, key: str, /, **arrays: NDArray[Any]) -> bool:
-        """Keep arrays; false where they cannot be kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +41,7 @@ def recording_features(
     folder: str | Path | None = None,
     channels: ChannelRule = "strict",
     parameters: LogMelParameters | None = None,
-    store: ArrayStore | None = None,
+    store: Store | None = None,
     end_s: float | None = None,
 ) -> Features:
     """A recording's features, from its sound or from a folder of arrays.
