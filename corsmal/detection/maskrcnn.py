@@ -40,15 +40,11 @@ class MaskRCNNDetector(TorchDetector):
             there on first use (170 MB).
         device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
         score_min: detections with a lower score are not reported.
-        image_side_min_px: length of the shorter side, in pixels, to which images are scaled (800 in training).
+        image_side_min_px: to which the shorter side of images is scaled (800 in training).
 
     Raises:
         ArgumentError: a number is out of range or there is no such device.
         FileError: the weights are absent, broken or of another network.
-
-    Example:
-        >>> detector = MaskRCNNDetector()  # doctest: +SKIP
-        >>> [detections] = detector.detect([image])  # (H, W, 3) uint8 RGB  # doctest: +SKIP
     """
 
     def __init__(

@@ -81,13 +81,10 @@ class Processes:
         gives_way: bool = False,
         cancelled: Callable[[], bool] = never,
     ) -> Generator[Outcome]:
-        """Yield an outcome for each recording as soon as there is one.
+        """Yield an outcome for each recording, or anything else that can be pickled, as soon as there is one.
 
-        Args:
-            task: what is done with each; it must be importable in another process.
-            recordings: the recordings, or anything else that can be pickled.
-            gives_way: whether the workers let other programs go first, see ``GIVING_WAY``.
-            cancelled: checked ten times a second; true drops unfinished work and ends the iterator.
+        The task must be importable in another process. Workers that give way let other programs go first, see
+        ``GIVING_WAY``. ``cancelled`` is checked ten times a second; true drops unfinished work and ends the iterator.
 
         Raises:
             CorsmalError: a process could not be started.

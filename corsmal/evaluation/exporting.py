@@ -49,16 +49,13 @@ _LATEX = {
 
 
 def export_table(table: pd.DataFrame, *, table_format: TableFormat, digits: int = 1) -> str:
-    """A table as text.
+    """A table as text, which ends in a line break.
 
     Args:
         table: its index is left out unless it has a name.
         table_format: ``csv`` keeps the columns' names and leaves out what is missing; ``latex`` (with booktabs' rules),
             ``html`` (a ``<table>``) and ``markdown`` have headings for people and a dash.
         digits: after the point, in numbers that are not whole by nature.
-
-    Returns:
-        The text, ending in a line break.
 
     Raises:
         ArgumentError: the format is unknown, or digits is negative.

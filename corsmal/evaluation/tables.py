@@ -93,8 +93,7 @@ def recordings_behind(errors: pd.DataFrame, metric: str, *, container_id: int | 
         container_id: the row's container; None for the average, all containers.
 
     Returns:
-        Rows of ``errors`` that count: those without an answer, then by falling error; for classes the wrong before the
-        right.
+        Those that count: without an answer first, then by falling error; of classes the wrong before the right.
 
     Raises:
         ArgumentError: it is no error table, or the metric is unknown.

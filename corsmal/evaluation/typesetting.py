@@ -37,9 +37,6 @@ def typeset_table_2(
         is_like_with_like: whether the recordings are the published table's, so that the best number is set in bold. An
             in-sample number never is.
 
-    Returns:
-        The text, ending in a line break.
-
     Raises:
         ArgumentError: it is no such table, or the format is unknown.
     """

@@ -45,10 +45,10 @@ def fit_network(
     validation: Sequence[FillingSample],
     progress: Callable[[float], None] | None = None,
 ) -> FillingModel:
-    """Fit one network, or go on where a run in the same folder was stopped.
+    """Fit network number ``index`` of a training, or resume where a run in the same folder was stopped.
 
-    On a CPU, a run that is stopped and goes on gives the same weights as one that is not: every epoch draws from a
-    generator of its own.
+    On a CPU, a run that is stopped and resumed gives the same weights as one that is not: every epoch draws from a
+    generator of its own, which follows from seed and index.
 
     Args:
         folder: gets ``checkpoints/last.ckpt``, ``log/version_N/metrics.csv`` for the Nth start, TensorBoard's log and
@@ -56,12 +56,9 @@ def fit_network(
         samples: the recordings to train on.
         training: the settings.
         index: which of its networks.
-        seed: of everything that is drawn, together with ``index``.
-        validation: what rule (1) looks at; may be empty where the last epoch is kept.
+        seed: of everything that is drawn.
+        validation: the recordings that rule (1) uses; may be empty where the last epoch is kept.
         progress: called after every epoch with the fraction that is done.
-
-    Returns:
-        The network with the weights that were kept.
 
     Raises:
         FileError: the folder cannot be written, or its checkpoint is broken, or training diverged.

@@ -80,7 +80,7 @@ class FillingPredictor:
             features: as for ``predict``.
             window: rows of a window; a shorter recording is one window.
             hop: rows from the start of one window to the next.
-            steps_s: seconds from one row to the next, kept in the records.
+            steps_s: as for ``predict``.
 
         Returns:
             One record per window that lies inside the recording; ``rows`` says where.

@@ -22,15 +22,9 @@ CONTAINER_GROUPS = ((1, 4, 7), (2, 5, 8), (3, 6, 9))
 
 
 def spread_mass_folds(rows: Sequence[MassRow], *, folds: int = FOLDS, seed: int = 0) -> dict[str, int]:
-    """Folds over which every container's recordings are spread equally.
+    """Folds, 0 to ``folds`` − 1 by recording id, over which every container's recordings are spread equally.
 
-    Args:
-        rows: the recordings; several rows of one recording are in one fold.
-        folds: how many.
-        seed: of the order in which recordings are dealt.
-
-    Returns:
-        0 to ``folds`` − 1 by recording id.
+    Several rows of one recording are in one fold; ``seed`` gives the order in which recordings are dealt.
 
     Raises:
         ArgumentError: there are fewer than two folds, or fewer recordings than folds.
@@ -46,15 +40,11 @@ def spread_mass_folds(rows: Sequence[MassRow], *, folds: int = FOLDS, seed: int 
 def mass_folds_by_container(
     rows: Sequence[MassRow], table: pd.DataFrame, *, groups: Sequence[Sequence[int]] = CONTAINER_GROUPS
 ) -> dict[str, int]:
-    """Folds of whole containers: each is weighed by a network that has not seen it.
-
-    Args:
-        rows: the recordings.
-        table: indexed by recording id, with ``container_id``, such as ``Dataset.table``.
-        groups: the container ids of each fold.
+    """Folds of whole containers, ``groups`` of their ids: each is weighed by a network that has not seen it.
 
     Returns:
-        The position of the container's group, by recording id.
+        The position of the container's group, by recording id; containers are looked up in ``table``, such as
+        ``Dataset.table``.
 
     Raises:
         ArgumentError: a container is in no group.
@@ -86,8 +76,8 @@ def cross_validate_mass(
         folder: gets a folder with the training and its weights for each seed and fold.
         rows: all recordings.
         folds: fold by recording id, such as ``spread_mass_folds`` returns.
-        training: settings; their seed is replaced by those of ``seeds``.
-        seeds: one whole cross-validation each.
+        training: settings; their seed is replaced by those of ``seeds``, one whole cross-validation each.
+        seeds: see ``training``.
         trained_on: all recordings of ``rows``; the weights of each fold keep their part of them.
         progress: called with the fraction that is done, 0..1.
 
@@ -125,10 +115,7 @@ def cross_validate_mass(
 def judge_validation(predictor: MassPredictor, rows: Sequence[MassRow], training: MassTraining) -> pd.DataFrame:
     """The paper's own protocol: the recordings by which the epoch was chosen are those that are judged (4.2).
 
-    Args:
-        predictor: of the weights that ``train_mass`` wrote for these rows and settings.
-        rows: all that it was given.
-        training: the settings.
+    ``predictor`` has the weights that ``train_mass`` wrote for these rows and settings.
 
     Returns:
         As ``judge_mass``, of the share of each container's recordings that training held out.

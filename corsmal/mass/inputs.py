@@ -41,15 +41,7 @@ def mass_input(
     height_mm: float | None,
     mm_per_px: float | None = None,
 ) -> MassInput:
-    """Restore a mask and bring it and the dimensions into the network's form.
-
-    Args:
-        mask: (H, W) bool, the container's visible pixels.
-        config: the network's.
-        width_top_mm: mm, None where the fit failed; likewise the others.
-        width_bottom_mm: mm.
-        height_mm: mm.
-        mm_per_px: mm that a pixel of the mask spans at the container, see ``mm_per_pixel``; used with ``with_scale``.
+    """Restore a mask and bring it and the dimensions into the network's form; see ``MassPredictor.predict``.
 
     Returns:
         The input; with a ``reason`` where the mask is empty or a number is missing or not positive. A mask that could

@@ -80,14 +80,8 @@ def attribute_run(
 ) -> RowsByStage:
     """The rows of a run with one stage replaced by the truth at a time; they are kept, see ``load_attribution``.
 
-    Args:
-        run: with its rows.
-        dataset: that the run was made on. Masks and best frames are replaced only if all of the run's recordings are
-            synthetic: of others only the dimensions are known.
-        store: gives the detections and keeps the result.
-        engine: where it is done.
-        progress: called with the numbers of recordings done and wanted.
-        cancelled: checked while the engine works; true ends the work, and nothing is kept.
+    Masks and best frames are replaced only if all of the run's recordings are synthetic: of others only the dimensions
+    are known. Where the work is cancelled nothing is kept.
 
     Returns:
         Rows by stage in the run's order, without what is heard.

@@ -43,13 +43,10 @@ def make_run(
         settings: what is estimated with, see ``default_settings``.
         store: gives detections, keeps estimates and the run.
         recordings: ids of those that are wanted; default: all.
-        engine: where it is done: ``in_turn``, ``Processes`` or ``DaskCluster``.
-        progress: called with the numbers of recordings done and wanted.
-        cancelled: checked while the engine works; true ends the work.
+        engine: as in ``completed_rows``, like the two that follow.
+        progress: likewise.
+        cancelled: likewise.
         is_kept: False: the run is returned only, for a store that cannot be written.
-
-    Returns:
-        The run with its rows so far.
 
     Raises:
         ArgumentError: no recording is wanted, the name cannot be one, or is taken by a run with other settings.

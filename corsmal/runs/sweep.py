@@ -57,15 +57,8 @@ def sweep_run(
     """What every setting of a grid measures in recordings of a run; it is kept for the run, see ``load_sweep``.
 
     The best frame depends on neither setting and the hull on L only, so a hull is fitted once for each L and measured
-    once for each d_max. As in an estimate, the second pair of views is tried where the first one fails.
-
-    Args:
-        run: gives the other parameters.
-        dataset: that it was made on.
-        grid: recordings and settings.
-        store: gives detections, and keeps what was measured in a recording even if the work is cancelled.
-        progress: called with the numbers of recordings done and wanted.
-        cancelled: checked between recordings; true stops the work.
+    once for each d_max. As in an estimate, the second pair of views is tried where the first one fails. What was
+    measured in a recording is kept even if the work is cancelled.
 
     Returns:
         A row per recording and setting: ``recording_id``, ``circumferences``, ``max_difference_mm`` and the four

@@ -100,9 +100,9 @@ def detect_recording(
     that ends early, and only the frames beside each pair's best one so far are inspected more closely.
 
     Args:
-        recording: views that lack a video, or have a detections file, are passed over.
+        recording: views that lack a video, or have a detections file, are skipped.
         detector: such as ``MaskRCNNDetector``.
-        store: where the results go, and where earlier ones are.
+        store: where the results are kept.
         every: step of the search for the best frame; 1 inspects all frames.
         progress: called with the numbers of frames done and wanted, over all views.
         kept: called when more results can be read from the store.
@@ -110,7 +110,7 @@ def detect_recording(
 
     Raises:
         ArgumentError: ``every`` is not positive.
-        FileError: a video cannot be opened, said after the other views are done; or the results cannot be written.
+        FileError: a video cannot be opened, raised after the other views are done; or the results cannot be written.
     """
     if every < 1:
         raise ArgumentError(f"every must be at least 1, got {every}")

@@ -115,17 +115,9 @@ def default_settings(
     """Settings for a dataset, with the networks that are named, set in the environment or bundled.
 
     The bundled networks were trained on synthetic recordings: on a dataset that is not synthetic they are left out
-    unless they are named (``demo``), see ``left_out_note``.
-
-    Args:
-        dataset: that is to be estimated.
-        shape: parameters of the fit.
-        means: of a training set; default: those that the weights of the mass or the filling network hold.
-        filling: weights; default: see ``find_weights``. A network that is not named and whose file is missing is left
-            out.
-        mass: likewise.
-        features: folder of arrays for the filling network.
-        detector: detects in recordings without detections.
+    unless they are named (``demo``), see ``left_out_note``. So is one that is not named and whose file is missing.
+    ``means`` are by default those that the weights of the mass or the filling network hold; the other arguments are
+    those of ``EstimateSettings``.
 
     Raises:
         FileError: weights that are named cannot be read.

@@ -62,18 +62,12 @@ class FrameTruth:
 
 
 def render_frame(scene: Scene, view: str, frame: int, *, size: tuple[int, int] = DEMO_SIZE) -> FrameTruth:
-    """Draw one frame.
+    """Draw one frame, from 0, of one view, in an image of ``size`` (width, height) of the calibration's proportions.
 
     A pixel belongs to a mask when its centre's ray meets the drawn solid; colours are blurred and noisy, masks are not.
 
-    Args:
-        scene: the recording.
-        view: view1, view2 or view3.
-        frame: from 0.
-        size: (width, height) in pixels, in the calibration's proportions.
-
     Raises:
-        NotFoundError: the scene has no such view or frame.
+        NotFoundError: the scene has no such frame.
         ArgumentError: ``size`` has other proportions than 16 to 9.
     """
     if not 0 <= frame < scene.frames:

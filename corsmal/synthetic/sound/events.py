@@ -72,20 +72,10 @@ class SoundEvents:
 def pour_duration_s(
     filling: Filling, level: Level, capacity_ml: float, *, rng: np.random.Generator, pace: float = 1.0
 ) -> float:
-    """How long a person pours.
+    """How long a person pours, in seconds, ``pace`` times faster than in the real recordings; 0 for no filling.
 
     The medians follow the lengths of the real recordings less about 2.5 s of handling. People differ by a factor of
     about 1.4 either way, so the slow half and the quick full overlap and the length does not reveal the level.
-
-    Args:
-        filling: what is poured.
-        level: 0, 1 (half) or 2 (full).
-        capacity_ml: inner volume of the container.
-        rng: draws the person's pace.
-        pace: factor by which everybody pours faster than in the real recordings.
-
-    Returns:
-        Seconds, 0 where nothing is poured.
     """
     personal = float(np.clip(np.exp(rng.normal(0.0, _PACE_SPREAD)), *_PACE_LIMITS))
     size = (capacity_ml / _REFERENCE_CAPACITY_ML) ** _CAPACITY_EXPONENT

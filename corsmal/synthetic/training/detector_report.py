@@ -26,10 +26,7 @@ def detector_report(
 ) -> pd.DataFrame:
     """Compare a detector with the truth in frames of the demo, the containers in turn.
 
-    Args:
-        detector: such as ``SmallDetector``.
-        frames: how many.
-        progress: called with the numbers of frames done and wanted.
+    ``progress`` is called with the numbers of frames done and wanted.
 
     Returns:
         A row per frame: ``seed``, ``container``, ``view``, ``frame``; ``visible``: more than half of the container is

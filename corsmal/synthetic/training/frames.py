@@ -64,9 +64,7 @@ class DetectorTraining:
 class RenderedFrames(IterableDataset[list[tuple[Tensor, Target]]]):
     """Endless batches of frames with their targets, half new and half seen before, flipped and coloured at random.
 
-    Args:
-        training: the seed of the scenes, the size of batches and windows, how many frames are kept.
-        start: how many batches were drawn before: a resumed run sees other scenes.
+    ``start`` says how many batches were drawn before: a resumed run sees other scenes.
     """
 
     def __init__(self, training: DetectorTraining, *, start: int = 0) -> None:

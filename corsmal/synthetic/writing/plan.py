@@ -91,17 +91,11 @@ def plan_recordings(
     containers: Sequence[int] | None = None,
     training: bool = False,
 ) -> tuple[PlannedRecording, ...]:
-    """A dataset's recordings: every container in turn, then every container again.
+    """A dataset's recordings: every container in turn, then every container again; arguments as in ``write_demo``.
 
     A container's recordings take turns with its fillings; in the demo also scenarios, backgrounds, lights and looks
     take turns. The demo's first recording is a short one, of something that is only handled, so that there is soon
     something to see.
-
-    Args:
-        seed: a whole number, not negative.
-        recordings_per_container: at least 1.
-        containers: their numbers; default: all fifteen, for training the nine of the real training set.
-        training: whether it is to train networks on.
 
     Raises:
         ArgumentError: a number is out of its range.
