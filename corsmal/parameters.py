@@ -17,7 +17,7 @@ PAIRS = (("view3", "view1"), ("view3", "view2"))
 """The pairs of views in the order in which they are tried: the paper's (1, 2) and (1, 3), in the dataset's names."""
 
 METHOD_VIEWS = tuple(dict.fromkeys(view for pair in PAIRS for view in pair))
-"""The views that the method looks at, in the order of its pairs."""
+"""The views that the method uses, in the order of its pairs."""
 
 FRONTAL_VIEW = PAIRS[0][0]
 """The robot's own view, from which the container's mass is predicted."""
@@ -41,7 +41,7 @@ class SelectionParameters:
 
     Args:
         score_min: detections with a lower score are dropped.
-        detections_max: at most so many are kept per frame, those with the highest scores.
+        detections_max: how many are kept per frame at most, those with the highest scores.
         classes: COCO category numbers that count as a container.
     """
 

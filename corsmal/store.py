@@ -117,7 +117,7 @@ class Store:
             part.write_bytes(bytes(4096))  # a full disk still takes an empty file
 
     def leftovers(self) -> list[Path]:
-        """Files that nobody reads: those that were set aside, and what killed programs had begun an hour ago."""
+        """Files that are not read: those that were set aside, and what killed programs had begun an hour ago."""
         begun = [path for path in self.root.glob("*/*/.*") if path.is_file()]
         old = [path for path in begun if time.time() - path.stat().st_mtime > BEGUN_MAX_S]
         return sorted([*self.root.glob("*/*/*.broken"), *old])

@@ -1,6 +1,6 @@
 """A dataset folder on disk, as recordings with videos, calibrated cameras, sound and annotation.
 
-What loads a large library is loaded when it is first asked for: ``Video`` (PyAV), ``Dataset`` and ``open_dataset``
+What loads a large library is loaded when it is first used: ``Video`` (PyAV), ``Dataset`` and ``open_dataset``
 (pandas).
 """
 

@@ -18,7 +18,7 @@ ChannelRule = Literal["strict", "repeat", "average"]
 channels in turn until there are eight; ``average`` gives all eight the mean."""
 
 CUTS_S = {"000377": 13.10}
-"""Recordings, by id, whose sound ends so many seconds after its start: the recorder of 000377 was not stopped."""
+"""Recordings, by id, whose sound ends that many seconds after its start: the recorder of 000377 was not stopped."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ VIEWS = ("view1", "view2", "view3", "view4")
 """Names of the views: left of the robot, right of it, on it, and worn by the person."""
 
 CAMERAS_KEPT = 64
-"""A recording's cameras are asked for once per fitted frame."""
+"""A recording's cameras are read once per fitted frame."""
 
 WORN_VIEW = "view4"
 """The view that the method does not use: the camera moves, and its absence is nothing that lacks."""

@@ -46,7 +46,7 @@ class TrainedOn:
         """Whether the network may have been trained on a recording, whose array, if any, has the digest ``features``.
 
         The same id is enough unless a part that is known on both sides differs: recordings of other sets carry the same
-        numbers. What cannot be told apart counts as seen.
+        numbers. What cannot be distinguished counts as seen.
         """
         if recording.id not in self.recordings:
             return False

@@ -27,7 +27,7 @@ CHARACTERS_MAX = 6
 BROKEN = "the mask's run lengths (RLE) are broken"
 
 CHARACTERS_AT_ONCE = 16_384
-"""What ``whole_counts`` looks at together stays in the processor's cache."""
+"""What ``whole_counts`` parses together stays in the processor's cache."""
 
 
 def checked_size(size: Sequence[int]) -> Size:

@@ -48,7 +48,7 @@ def attempt(task: Callable[[Item], Row], index: int, recording: Item) -> Outcome
         return Outcome(index, task(recording))
     except CorsmalError as error:
         return Outcome(index, problem=str(error))
-    except Exception as error:  # noqa: BLE001 - one recording that nobody foresaw must not end an evening's run
+    except Exception as error:  # noqa: BLE001 - one unforeseen recording must not end an evening's run
         return Outcome(index, problem=f"stopped unexpectedly: {error!r}")
 
 

@@ -24,7 +24,7 @@ FAREWELL_S = 3.0
 """How long processes that are stopped may take to remove unfinished files."""
 
 GIVING_WAY = 15
-"""Niceness of work that nobody waits for: without it a detector on the same cores is ten times slower."""
+"""Niceness of work that is not awaited: without it a detector on the same cores is ten times slower."""
 
 POLL_S = 0.1
 """Between two questions whether the work was cancelled."""

@@ -31,9 +31,9 @@ class Estimate:
         fit: the hull behind the numbers, None if none is.
         notes: one sentence for every pair that failed, every view without detections, and every later stage that
             failed.
-        container_mass_g: grams, None when failed or not asked for.
-        filling: what the sound says, None when not asked for.
-        mass: where ``container_mass_g`` comes from, None when not asked for or when there is no fit.
+        container_mass_g: grams, None when failed or left out.
+        filling: what the sound says, None when left out.
+        mass: where ``container_mass_g`` comes from, None when left out or when there is no fit.
         intervals: where the truth lies with a probability of 90 %, lower and upper end by quantity; empty where one
             frame was fitted or none.
     """

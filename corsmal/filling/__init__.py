@@ -1,6 +1,6 @@
 """Filling type and level from sound: log-mel, the shared network, its training and its predictions (paper 2).
 
-PyTorch is imported only when something is asked for that needs it.
+PyTorch is imported when a name that needs it is first used.
 """
 
 import lazy_loader

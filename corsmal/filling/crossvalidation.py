@@ -34,7 +34,7 @@ def cross_validate(
     trained_on: TrainedOn | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> pd.DataFrame:
-    """Train once per seed and fold, and predict the fold's recordings; goes on where it was stopped.
+    """Train once per seed and fold, and predict the fold's recordings; resumed where it was stopped.
 
     Args:
         folder: gets ``predictions.csv``, and a folder with the training and its weights for each seed and fold.
@@ -42,7 +42,7 @@ def cross_validate(
         folds: fold by recording id, such as ``spread_folds`` and ``folds_by_container`` return; it covers all samples.
         preset: ``paper``, ``tuned``, or settings of your own.
         seeds: one whole cross-validation each.
-        validation: what rule (1) looks at; settings that keep the last epoch do not ask.
+        validation: what rule (1) uses; not used by settings that keep the last epoch.
         trained_on: all recordings of ``samples``; the weights of each fold keep their part of them.
         progress: called with the fraction that is done, 0..1.
 

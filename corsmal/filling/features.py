@@ -47,7 +47,7 @@ def recording_features(
     """A recording's features, from its sound or from a folder of arrays.
 
     Log-mel rows are rounded to half precision, stored or not, so that a stored answer is the computed one. The sound
-    of 000377 is cut at 13.10 s, and so are its rows in a folder, where they go on.
+    of 000377 is cut at 13.10 s, and so are its rows in a folder, where they are longer.
 
     Args:
         recording: the recording.

@@ -51,7 +51,7 @@ class LogMelParameters:
         return self.hop / self.sample_rate_hz
 
     def rows(self, samples: int) -> int:
-        """How many rows a waveform of so many samples at ``sample_rate_hz`` has."""
+        """How many rows a waveform of that many samples at ``sample_rate_hz`` has."""
         return 1 + samples // self.hop
 
 

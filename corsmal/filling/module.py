@@ -36,7 +36,7 @@ class FillingModule(lightning.LightningModule):
         self._samples, self._validation = samples, validation
 
     def train_dataloader(self) -> Batches:
-        """The passes of the epoch; asked for anew in every epoch."""
+        """The passes of the epoch; called in every epoch."""
         rng = np.random.default_rng([self._seed, self._index, self.current_epoch])
         return Batches(self._samples, size=self._training.batch, tasks=self._training.tasks, rng=rng)
 

@@ -33,7 +33,7 @@ def train_filling(
     trained_on: TrainedOn | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
-    """Train the network, or go on where a run in the same folder was stopped.
+    """Train the network, or resume where a run in the same folder was stopped.
 
     Args:
         folder: gets the weights, and a folder for each network with its checkpoint, ``metrics.csv`` and TensorBoard's

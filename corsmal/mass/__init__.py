@@ -1,6 +1,6 @@
 """Container mass from the restored mask and the dimensions (paper 3.3).
 
-PyTorch is imported only when something is asked for that needs it.
+PyTorch is imported when a name that needs it is first used.
 """
 
 import lazy_loader

@@ -25,7 +25,7 @@ BASE_SLOPE_MAX_DEG = 40.0
 BASE_ROUNDS = 10
 
 STRIPS_PER_SIDE, STRIP_PX_MIN = 50, 2.0
-"""The longer side of the outline's box has so many strips, unless they would be narrower than this."""
+"""Number of strips of the longer side of the outline's box, unless they would be narrower than the second value."""
 
 STEPS_PER_STRIP = 4
 WEIGHT_MIN = 0.01

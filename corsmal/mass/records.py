@@ -17,7 +17,7 @@ class RestoredMask:
 
     Args:
         mask: (H, W) bool, the mask with what was added, in the image that it came from.
-        crop: (x0, y0, x1, y1) pixels of the padded box that was looked at, x1 and y1 excluded, within the image.
+        crop: (x0, y0, x1, y1) pixels of the padded box that was restored, x1 and y1 excluded, within the image.
         axis: the axis of symmetry in the image; None where none was found.
         added: (H, W) bool, the pixels that joined the mask.
         reason: why nothing could be restored; empty if it could.

@@ -21,7 +21,7 @@ DOUBT_SHARE = 0.5
 def restore_mask(mask: Mask, *, padding_px: int = PADDING_PX, axis: AxisRule = "base") -> RestoredMask:
     """Fill in what is hidden on one side of a container by what is seen on the other.
 
-    The mask's box with ``padding_px`` around it is looked at, without what would lie beyond the image's border. A
+    The mask's box with ``padding_px`` around it is considered, without what would lie beyond the image's border. A
     pixel joins the mask when the pixel nearest to its mirror image about the axis is in the mask; nothing is taken
     away, and nothing is added outside the box.
 

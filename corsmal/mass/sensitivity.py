@@ -64,7 +64,7 @@ def weigh(model: MassModel, image: NDArray[np.float32], numbers: ArrayLike) -> F
     if rows.ndim != 2 or rows.shape[1] != model.config.numbers:
         raise ArgumentError(f"numbers must be (n, {model.config.numbers}), got {tuple(rows.shape)}")
     features = model.connected(model.blocks(torch.from_numpy(image)[None, None]))  # (1, 1, 112, 112) -> (1, u)
-    rest = deepcopy(model)  # the image is looked at once: it takes a hundred times as long as all that follows
+    rest = deepcopy(model)  # the image is processed once: it takes a hundred times as long as all that follows
     rest.blocks, rest.connected = nn.Sequential(), nn.Sequential()
     return np.asarray(rest(features.expand(len(rows), -1), rows).double().numpy(), dtype=np.float64)
 

@@ -24,7 +24,7 @@ class Hull:
         depth_mm: a box's other horizontal size, mm, not larger than its width; None for a solid of revolution.
         yaw: a box's turn about its axis, radians: of its width from the x axis.
         overlap: how well the silhouettes of the hull agree with the masks, intersection over union, mean of the
-            views; None where it was not asked for.
+            views; None where it was not computed.
     """
 
     heights_mm: NDArray[np.float64]

@@ -16,7 +16,7 @@ from corsmal.shape.records import Hull
 Floats = NDArray[np.float64]
 
 ROUNDS = 3
-"""How often masks are looked at from a better axis."""
+"""How often the outlines are read again, about a better axis."""
 
 TRUST_MM = 3.0
 """A radius so much smaller than what the others agree on counts a quarter; one that is larger, at half as much more."""
@@ -24,7 +24,7 @@ OUTWARD = 1.5
 FIRST_TRUST, REWEIGHTINGS = 5.0, 10
 """At first so much more is forgiven, then less and less: a start with little trust would stay where it began."""
 PIXELS = 3.0
-"""A view whose sides are so many of its pixels off what all views say together counts half as much as one without
+"""A view whose sides are this many of its pixels off what all views say together counts half as much as one without
 error: it is blurred, or its mask is cut or too wide. Fewer pixels would let a single view outdo the others."""
 FIRST_QUANTILE = 0.75
 """Of the sides at a height, small to large: what hides a side makes it smaller, a wrong mask may make it larger."""
@@ -214,7 +214,7 @@ def _crossing(places_mm: Floats, missing_mm: Floats) -> float | None:
 
 
 def _profile(heights_mm: Floats, radii_mm: Floats, places_mm: Floats) -> Floats:
-    """Radii at places from the base to the rim; near both, what lies just inside goes on in a straight line."""
+    """Radii at places from the base to the rim; near both, what lies just inside is continued in a straight line."""
     profile = np.interp(places_mm, heights_mm, radii_mm)
     for end_mm, inwards in ((places_mm[0], 1.0), (places_mm[-1], -1.0)):
         from_mm = end_mm + inwards * INSET_MM

@@ -1,4 +1,4 @@
-"""The wall that a hull has and a capacity has not: learnt from containers whose capacities are known."""
+"""The wall that a hull has and a capacity has not: learned from containers whose capacities are known."""
 
 from collections.abc import Hashable, Sequence
 

@@ -10,7 +10,7 @@ DEMO_SIZE = (640, 360)
 
 VIEWS = ("view1", "view2", "view3")
 
-# centre (m), the point looked at (m)
+# centre (m), target (m)
 _PLACES = {
     "view1": ((0.87, 1.36, 0.67), (0.40, 0.12, 0.42)),
     "view2": ((-0.35, 1.35, 0.64), (0.00, 0.07, 0.40)),

@@ -56,7 +56,7 @@ class Pour:
 
     @classmethod
     def at_random(cls, events: SoundEvents, rng: np.random.Generator) -> "Pour":
-        """An unsteady hand that stops near the level that is asked for."""
+        """An unsteady hand that stops near the intended level."""
         duration_s = events.end_s - events.start_s
         instants = max(8, round(duration_s * _CONTROL_HZ))
         knots = rng.normal(0, rng.uniform(0.25, 0.6), max(4, round(duration_s * 3)))
