@@ -48,7 +48,6 @@ class BestFrame:
     """The best frame of one pair of views, and every inspected frame's score under the rule that was used.
 
     Args:
-        pair: the two views.
         frame: index of the best frame, None if no frame has a container in both views.
         centre_rule: the rung of the ladder that the scores were computed with.
         scores: one per frame that was inspected in both views, by frame index.

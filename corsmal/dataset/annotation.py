@@ -37,21 +37,10 @@ class Annotation:
 
     Args:
         container_id: the container's number, 1 to 9 in the training set.
-        container: its name.
-        kind: cup, glass or box.
         scenario: 0 to 2: container on the table; held, person sitting; held, person walking.
-        background: number of the background.
-        illumination: number of the illumination.
-        width_top_mm: width at the top.
-        width_bottom_mm: width at the bottom.
-        height_mm: height.
         depth_mm: depth of a box; None for round containers.
-        capacity_ml: capacity of the container.
-        container_mass_g: mass of the empty container.
         filling_type: 0 to 3: none, pasta, rice, water.
         filling_level: 0 to 2: empty, half, full.
-        filling_density_g_per_ml: mass per volume of the filling.
-        filling_mass_g: mass of the filling.
     """
 
     container_id: int | None = None

@@ -34,8 +34,6 @@ class View:
 
     Args:
         name: ``view1`` to ``view4``.
-        video_path: the video.
-        calibration_path: the calibration, where there is one.
         detections_path: detections made elsewhere (COCO results), where there are any.
     """
 
@@ -119,15 +117,9 @@ class Recording:
 
 @dataclass(frozen=True)
 class Layout:
-    """The files of a dataset folder, by recording id.
+    """The files of a dataset folder by recording id, those of views by view first.
 
-    Args:
-        videos: by view, then by id.
-        calibrations: by view, then by id.
-        detections: by view, then by id.
-        sounds: by id.
-        truths: by id, of synthetic recordings.
-        top: names of the files in the folder itself.
+    ``truths`` are those of synthetic recordings, ``top`` the names of the files in the folder itself.
     """
 
     videos: dict[str, dict[str, Path]]

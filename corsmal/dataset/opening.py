@@ -32,7 +32,6 @@ class Dataset:
     """The recordings of one folder, in the order of their ids.
 
     Args:
-        root: the folder.
         recordings: by id.
         problems: sentences on what is wrong with the set as a whole.
 

@@ -21,12 +21,8 @@ class Estimate:
     """What the system says about one recording.
 
     Args:
-        recording_id: the recording.
         status: where the geometry's numbers come from; ``fallback: training mean`` and ``failed``: both pairs failed.
         capacity_ml: mL, None when failed; likewise the widths and the height, mm.
-        width_top_mm: diameter at the upper end.
-        width_bottom_mm: diameter at the lower end.
-        height_mm: height.
         best_frame: the selection that led to the fit, None if none did; its frame is the fitted one.
         fit: the hull behind the numbers, None if none is.
         notes: one sentence for every pair that failed, every view without detections, and every later stage that

@@ -25,8 +25,6 @@ class FillingSample:
     """One recording to train or validate on.
 
     Args:
-        recording_id: such as ``000618``.
-        container_id: the container's number.
         features: (C, T, features) float32, finite, T at least 1.
         filling_type: 0 to 3: none, pasta, rice, water.
         filling_level: 0 to 2: empty, half, full.

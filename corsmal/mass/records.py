@@ -89,8 +89,6 @@ class MassRow:
         container: which container; the split is made within each.
         mask: (H, W) bool, its visible pixels.
         width_top_mm: measured, mm, None where the fit failed; likewise the others.
-        width_bottom_mm: mm.
-        height_mm: mm.
         mm_per_px: mm that a pixel of the mask spans at the container.
         mass_g: the truth, grams.
 

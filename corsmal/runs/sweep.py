@@ -25,12 +25,7 @@ SETTINGS = ("circumferences", "max_difference_mm")
 
 @dataclass(frozen=True)
 class Grid:
-    """What a sweep is made over.
-
-    Args:
-        recordings: ids.
-        circumferences: values of L, each at least 2.
-        max_differences_mm: values of d_max, not negative.
+    """What a sweep is made over: ids of recordings, values of L, each at least 2, and of d_max, not negative.
 
     Raises:
         ArgumentError: one of them is empty.

@@ -31,7 +31,6 @@ class Predictors:
     """What estimates are made with, besides detections.
 
     Args:
-        shape: parameters of the fit.
         means: of a training set; None: a failure holds no numbers.
         filling: predicts type and level; None: they are left out.
         mass: predicts the container's mass; None: it is left out.

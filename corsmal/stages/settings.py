@@ -63,7 +63,6 @@ class EstimateSettings:
     """Everything that an estimate is made with.
 
     Args:
-        shape: parameters of the fit.
         means: of a training set, which stand in where nothing can be fitted; None: a failure holds no numbers.
         filling: the filling network; None: type and level are left out.
         mass: the mass network; None: the container's mass is left out.

@@ -42,13 +42,10 @@ class Vessel:
     """A solid of revolution as it is drawn.
 
     Args:
-        outer: the outer wall.
-        inner: the cavity.
         colour: RGB of the wall; of a see-through one, its tint.
         inside: RGB of the cavity's wall.
         is_clear: whether one can see through it.
         ridges_m: distance of rings in the wall; 0 where it is smooth.
-        filling_type: 0 to 3.
         fill_height_mm: how high the filling stands above the base.
         tint: how much of its colour a see-through wall lends to what is behind, 0..1.
         veil: how much a milky wall hides of what is filled in, 0..1.

@@ -29,15 +29,11 @@ class DemoContainer:
 
     Args:
         container_id: 1 to 15, as in the annotation.
-        name: for people.
         kind: cups and glasses are poured into, boxes are shaken.
         label: the COCO category number that a detector should give it.
         width_top_mm: outer, like the other sizes.
-        width_bottom_mm: at the base.
-        height_mm: from the base to the rim.
         depth_mm: of a box; -1 for what is round.
         capacity_ml: inner volume up to the brim.
-        mass_g: of the empty container.
         transparency: 0 transparent, 1 semi-transparent, 2 opaque.
         colour: RGB of the outside.
         outer: the outer wall; None for boxes, whose walls have no thickness.

@@ -16,12 +16,7 @@ class Look:
         shirt: the clothes of the upper body.
         stripe: a second colour of the clothes; the same as ``shirt`` where they are plain.
         is_long_sleeved: whether the forearms are covered.
-        skin: face, hands and bare forearms.
-        hair: hair and brows.
-        wall: the wall behind.
         accent: curtain or pictures.
-        table: the table's top.
-        chair: the chair.
         jug: jug or packet from which is poured.
     """
 

@@ -26,18 +26,12 @@ class Scene:
 
     Args:
         seed: what it was drawn from.
-        container: what is handled.
         scenario: 0 on the table, 1 held from the start, 2 brought in.
         background: 0 bare wall, 1 curtain and pictures.
         illumination: 0 from above, 1 from the side.
         filling_type: 0 to 3: none, pasta, rice, water.
         filling_level: 0 to 2: empty, half, full.
-        look: colours.
-        light: lamps.
         cameras: by view, for images of 1280×720 pixels.
-        furniture: the room.
-        timing: when things happen.
-        motion: where everything is in each frame.
     """
 
     seed: int

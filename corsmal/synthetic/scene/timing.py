@@ -25,11 +25,9 @@ class Timing:
     Args:
         action: pouring in, shaking, or handling only.
         action_start_s: when it begins.
-        action_end_s: when it ends.
         grasp_s: when the hand closes on the container; 0 where it is held from the start.
         lift_s: when the container leaves the table; 0 where it never stands there.
         handover_start_s: when it begins to move towards the robot.
-        handover_s: when it has arrived.
         end_s: length of the recording.
     """
 

@@ -28,14 +28,11 @@ class SoundEvents:
     Args:
         material: what the container is made of; it colours every impact on it.
         capacity_ml: inner volume to the brim.
-        height_mm: outer height.
         opening_mm: inner width at the top; of a box, its longer side.
         filling: what is poured or shaken; ``none`` goes with level 0 only.
         level: 0 empty, 1 half (50 %), 2 full (90 %), in the end.
-        duration_s: length of the recording.
         action: ``pour``, ``shake`` (an empty box may be shaken too) or ``handle`` (nothing is filled in).
         start_s: when pouring, shaking or handling begins.
-        end_s: when it ends.
         source_path_m: where the container is, world coordinates in metres: (3,) for a container that stays, or (n, 3).
         contacts_s: when the container is tapped: put down, grasped.
         times_s: (n,) increasing, the times of ``source_path_m``; None where the container stays.

@@ -35,15 +35,12 @@ class DetectorTraining:
     """How the demo's detector is trained.
 
     Args:
-        steps: optimiser steps.
         batch: frames per step; half of them are new, half seen before.
         crop: (width, height) of the windows around the container that most steps train on; the others see whole frames.
         whole: share of the steps that see whole frames.
         jug: share of the windows around the jug, where there is one.
         network: sizes of the network; the jug is the first of its unreported classes, where it has any.
         rate: highest learning rate of AdamW, reached after ``warm_up`` steps and lowered to zero by a cosine.
-        warm_up: steps.
-        weight_decay: of AdamW.
         replay: how many frames are kept to be seen again.
         seed: of the scenes.
     """

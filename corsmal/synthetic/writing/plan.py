@@ -23,14 +23,10 @@ class PlannedRecording:
     """One recording that is to be made.
 
     Args:
-        recording_id: six digits.
         seed: of its scene.
         container_id: 1 to 15.
         filling: type and level.
         scenario: 0 to 2; None, like what follows, in a recording to train on, where the seed decides.
-        background: 0 or 1.
-        illumination: 0 or 1.
-        look: number of its look.
     """
 
     recording_id: str
