@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from corsmal.dataset import Recording
 from corsmal.estimation.fit import Fit
+from corsmal.geometry import Floats
 from corsmal.parameters import SelectionParameters, ShapeParameters
 from corsmal.quantities import DIMENSIONS, GEOMETRY
 from corsmal.selection import BestFrame, FrameDetections, Pair, score_frames, select_best_frame
@@ -26,7 +26,6 @@ CAPACITY_SCALE, LENGTH_SCALE = 1.6, 1.2
 """From the spread of the fits and a pixel's size to half of a 90 % interval, as ninety synthetic recordings have it."""
 
 Interval = tuple[float, float]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

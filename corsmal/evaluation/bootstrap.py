@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE, f1_by_class
 from corsmal.evaluation.tables import METRICS
-
-Floats = NDArray[np.float64]
+from corsmal.geometry import Floats
 
 RESAMPLES = 2000
 LEVEL_PERCENT = (2.5, 97.5)

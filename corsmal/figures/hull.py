@@ -4,14 +4,11 @@ from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.style import BESIDE, BEST, DROPPED, HULL, RING, VIEW_COLOURS, Part, axis, plain_layout
-from corsmal.geometry import Camera
+from corsmal.geometry import Camera, Floats
 from corsmal.shape import Dimensions, Hull, circumference_points, hull_mesh
-
-Floats = NDArray[np.float64]
 
 SIDES = 36
 MARGIN_MM = 60.0

@@ -24,9 +24,9 @@ from corsmal.figures.style import (
     side_by_side,
 )
 from corsmal.mass import Axis, RestoredMask
+from corsmal.mass.axis import Mask
 from corsmal.mass.judging import mask_iou
 
-Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 
 PICTURE_PX = 480

@@ -3,12 +3,10 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.style import CONTAINER, INPUT_COLOURS, TRUTH, Part, axis, plain_layout, scatter
-
-Floats = NDArray[np.float64]
+from corsmal.geometry import Floats
 
 
 @Drawing

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from corsmal.errors import ArgumentError
+from corsmal.geometry import Floats
 
-Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Points = NDArray[np.int32]
 

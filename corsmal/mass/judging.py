@@ -5,15 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
+from corsmal.mass.axis import Mask
 from corsmal.mass.records import MassRow
 
 if TYPE_CHECKING:
     from corsmal.mass.prediction import MassPredictor
-
-Mask = NDArray[np.bool_]
 
 
 def mask_iou(first: Mask, second: Mask) -> float:

@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
-from corsmal.mass.axis import Axis
-
-Mask = NDArray[np.bool_]
+from corsmal.mass.axis import Axis, Mask
 
 
 @dataclass(frozen=True, eq=False)

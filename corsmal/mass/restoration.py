@@ -2,13 +2,11 @@
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
-from corsmal.mass.axis import AXIS_RULES, Axis, AxisRule, Outline, agreement, base_axis, outline, whole_axis
+from corsmal.mass.axis import AXIS_RULES, Axis, AxisRule, Mask, Outline, agreement, base_axis, outline, whole_axis
 from corsmal.mass.records import RestoredMask
 
-Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 
 PADDING_PX = 15

@@ -10,13 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from torch import nn
 
 from corsmal.errors import ArgumentError
+from corsmal.geometry import Floats
 from corsmal.mass.axis import AxisRule
 from corsmal.mass.inputs import mass_input
 from corsmal.mass.network import MassConfig, MassModel
 from corsmal.mass.records import MassPrediction
 from corsmal.quantities import DIMENSIONS
-
-Floats = NDArray[np.float64]
 
 NUMBERS = (*DIMENSIONS, "mm_per_px")
 """What is predicted from beside the mask; the last one by some networks only."""

@@ -8,13 +8,10 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from corsmal.geometry import Camera
+from corsmal.geometry import Camera, Floats
 from corsmal.shape.outlines import Mask, across
 from corsmal.shape.records import Hull
-
-Floats = NDArray[np.float64]
 
 DIRECTIONS = 24
 HALF_PIXEL = 0.5

@@ -7,13 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
-from corsmal.geometry import Camera, parallax_deg, triangulate
+from corsmal.geometry import Camera, Floats, parallax_deg, triangulate
 from corsmal.parameters import HeightRange, ShapeParameters
 from corsmal.shape.outline_fit import fit_outlines
+from corsmal.shape.outlines import Mask
 from corsmal.shape.records import Hull
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 PARALLAX_MIN_DEG = 1.0
 """Below this angle between the rays a pixel's error moves the centroid by more than a decimetre at arm's length."""

@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from corsmal.geometry import Floats
 from corsmal.parameters import ShapeParameters
 from corsmal.shape.records import Dimensions, Hull
-
-Floats = NDArray[np.float64]
 
 CUBIC_MM_PER_ML = 1000.0
 SAME_MM = 1e-6

@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.geometry import Camera
+from corsmal.geometry import Camera, Floats
 
-Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MARGIN_MM = 6.0

@@ -9,11 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.geometry import Camera
+from corsmal.geometry import Camera, Floats
 from corsmal.shape.outlines import Axis, FacingView, Mask
 from corsmal.shape.records import Hull
-
-Floats = NDArray[np.float64]
 
 ROUNDS = 3
 """How often the outlines are read again, about a better axis."""

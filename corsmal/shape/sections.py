@@ -4,14 +4,10 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from corsmal.geometry import Camera
-from corsmal.shape.outlines import Axis
+from corsmal.geometry import Camera, Floats
+from corsmal.shape.outlines import Axis, Mask
 from corsmal.shape.records import Hull
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 SIDES, SLICES = 24, 40
 """Corners and number of the circumferences that silhouettes are painted from."""
