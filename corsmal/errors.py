@@ -1,5 +1,6 @@
 """The exceptions that the library raises on purpose."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 
@@ -9,6 +10,12 @@ class CorsmalError(Exception):
 
 class ArgumentError(CorsmalError, ValueError):
     """An argument has the wrong shape, type or range; the text names it, what was expected and what came."""
+
+
+def check_choice(name: str, value: object, choices: Iterable[str]) -> None:
+    """Raise an ``ArgumentError`` that names an argument whose value is none of the choices."""
+    if value not in (known := tuple(choices)):
+        raise ArgumentError(f"{name} must be one of {', '.join(known)}, got {value!r}")
 
 
 class FileError(CorsmalError):

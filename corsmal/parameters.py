@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 
 CONTAINER_CLASSES = {44: "bottle", 46: "wine glass", 47: "cup", 84: "book", 86: "vase"}
 """COCO category numbers of the objects that are taken for a container (paper 3.1)."""
@@ -72,8 +72,7 @@ class HeightRange:
     high_mm: float = 20.0
 
     def __post_init__(self) -> None:
-        if self.reference not in get_args(HeightReference):
-            raise ArgumentError(f"reference must be 'masks', 'world' or 'centroid', got {self.reference!r}")
+        check_choice("reference", self.reference, get_args(HeightReference))
         if not (math.isfinite(self.low_mm) and math.isfinite(self.high_mm) and self.low_mm < self.high_mm):
             raise ArgumentError(f"low_mm must be below high_mm, both finite, got {self.low_mm} and {self.high_mm}")
 
@@ -136,8 +135,7 @@ class ShapeParameters:
         if not self.max_difference_mm >= 0:
             raise ArgumentError(f"max_difference_mm must not be negative, got {self.max_difference_mm}")
         for name, choices in (("fit_rule", FitRule), ("width_rule", WidthRule), ("method", ShapeMethod)):
-            if getattr(self, name) not in get_args(choices):
-                raise ArgumentError(f"{name} must be one of {get_args(choices)}, got {getattr(self, name)!r}")
+            check_choice(name, getattr(self, name), get_args(choices))
         if not 0 <= self.tilt_deg <= TILT_MAX_DEG:
             raise ArgumentError(f"tilt_deg must lie in 0..{TILT_MAX_DEG:g}, got {self.tilt_deg}")
         if not 0 <= self.wall_mm <= WALL_MAX_MM:

@@ -8,7 +8,7 @@ import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
-from corsmal.errors import ArgumentError, FileError
+from corsmal.errors import FileError, check_choice
 
 CHANNELS = 8
 """Microphones of the dataset's two circular arrays."""
@@ -52,8 +52,7 @@ def read_audio(path: str | Path, *, end_s: float | None = None, channels: Channe
         FileError: the file is absent or no sound file, is empty, has another number of channels, or holds samples
             that are not finite.
     """
-    if channels not in get_args(ChannelRule):
-        raise ArgumentError(f"channels must be 'strict', 'repeat' or 'average', got {channels!r}")
+    check_choice("channels", channels, get_args(ChannelRule))
     path = Path(path)
     if not path.is_file():
         raise FileError(path, "there is no such sound file")

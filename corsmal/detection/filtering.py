@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.detection.record import Detections
-from corsmal.errors import ArgumentError
+from corsmal.errors import check_choice
 from corsmal.parameters import CENTRE_RULES, CentreRule, SelectionParameters
 
 PAPER = SelectionParameters()
@@ -48,8 +48,7 @@ def filter_detections(
     Raises:
         ArgumentError: ``centre_rule`` is none of the three.
     """
-    if centre_rule not in CENTRE_RULES:
-        raise ArgumentError(f"centre_rule must be one of {', '.join(CENTRE_RULES)}, got {centre_rule!r}")
+    check_choice("centre_rule", centre_rule, CENTRE_RULES)
     reasons = [
         _class_reason(label, parameters)
         or _score_reason(score, parameters)

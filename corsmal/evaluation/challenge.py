@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from corsmal.dataset.annotation import LEVEL_FRACTIONS
-from corsmal.errors import ArgumentError
+from corsmal.errors import check_choice
 from corsmal.evaluation.checking import Checked, listed, rows_of, truth_table
 from corsmal.evaluation.estimates import ABSENT as NOT_FILMED
 from corsmal.evaluation.metrics import joint_classes, weighted_f1
@@ -81,9 +81,8 @@ def challenge_scores(
     Raises:
         ArgumentError: a table has no ids or no rows in common with the annotation, or a choice is unknown.
     """
-    for what, choice, choices in (("split", split, SPLITS), ("absent", absent, ABSENT)):
-        if choice not in choices:
-            raise ArgumentError(f"{what} must be one of {', '.join(choices)}, got {choice!r}")
+    check_choice("split", split, SPLITS)
+    check_choice("absent", absent, ABSENT)
     known = truth_table(annotation)
     scored = _scored(known, submission, absent, errors)
     truth, is_whole = scored.table, scored.table.equals(known)

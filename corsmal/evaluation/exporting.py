@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 import pandas as pd
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 
 TableFormat = Literal["csv", "latex", "html", "markdown"]
 TABLE_FORMATS: tuple[TableFormat, ...] = get_args(TableFormat)
@@ -60,8 +60,7 @@ def export_table(table: pd.DataFrame, *, table_format: TableFormat, digits: int 
     Raises:
         ArgumentError: the format is unknown, or digits is negative.
     """
-    if table_format not in TABLE_FORMATS:
-        raise ArgumentError(f"table_format must be one of {', '.join(TABLE_FORMATS)}, got {table_format!r}")
+    check_choice("table_format", table_format, TABLE_FORMATS)
     if digits < 0:
         raise ArgumentError(f"digits must not be negative, got {digits}")
     named = table.reset_index() if table.index.names != [None] else table

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from corsmal.dataset.annotation import CONTAINERS, Kind
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.evaluation.metrics import CLASS_NAMES, class_numbers, confusion, joint_classes, mpf1, weighted_f1
 from corsmal.evaluation.tables import AVERAGE, KINDS
 from corsmal.filling.records import PREDICTION_COLUMNS
@@ -72,8 +72,7 @@ def filling_confusion_tables(predictions: pd.DataFrame, quantity: str) -> dict[K
     Raises:
         ArgumentError: as ``pooled_table``, or the quantity is no class.
     """
-    if quantity not in CLASS_NAMES:
-        raise ArgumentError(f"quantity must be one of {', '.join(CLASS_NAMES)}, got {quantity!r}")
+    check_choice("quantity", quantity, CLASS_NAMES)
     known = _checked(predictions)
     kinds = known["container_id"].map(lambda number: CONTAINERS.get(number, ("", ""))[1])
     tables: dict[Kind, pd.DataFrame] = {}

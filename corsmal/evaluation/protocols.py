@@ -4,7 +4,7 @@ from typing import Literal, get_args
 
 import pandas as pd
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import check_choice
 from corsmal.evaluation.checking import Checked
 from corsmal.evaluation.estimates import FALLBACK
 from corsmal.quantities import QUANTITIES
@@ -48,8 +48,7 @@ def left_out(estimates: pd.DataFrame, *, protocol: Protocol = "held-out") -> Che
     Raises:
         ArgumentError: the protocol is unknown.
     """
-    if protocol not in PROTOCOLS:
-        raise ArgumentError(f"protocol must be one of {', '.join(PROTOCOLS)}, got {protocol!r}")
+    check_choice("protocol", protocol, PROTOCOLS)
     columns, notes = {"shape": pd.Series(data=False, index=estimates.index)}, []
     for stage, quantities in BY_NETWORKS.items():
         reasons = _reasons(estimates, stage, [quantity.name for quantity in quantities], protocol)

@@ -6,7 +6,7 @@ from typing import Literal, get_args
 
 import pandas as pd
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.evaluation.challenge import SCORES, overall_score
 
 LeaderboardSplit = Literal["public", "private", "combined"]
@@ -38,8 +38,7 @@ def leaderboard(split: LeaderboardSplit) -> pd.DataFrame:
     Raises:
         ArgumentError: the split is unknown.
     """
-    if split not in LEADERBOARD_SPLITS:
-        raise ArgumentError(f"split must be one of {', '.join(LEADERBOARD_SPLITS)}, got {split!r}")
+    check_choice("split", split, LEADERBOARD_SPLITS)
     table = _read("challenge_leaderboard")
     table = table[table["split"] == split].drop(columns="split").reset_index(drop=True)
     scores = {score: table[name] for score, name in SCORE_NAMES.items()}

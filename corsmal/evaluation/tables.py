@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from corsmal.dataset.annotation import Kind
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE, confusion, mpf1
 from corsmal.quantities import BY_METRIC, QUANTITIES
 
@@ -158,8 +158,7 @@ def _is_known(errors: pd.DataFrame, quantity: str) -> pd.Series:
 
 def _present(errors: pd.DataFrame, what: str, choice: str, columns: Mapping[str, str]) -> str:
     """The column behind a choice."""
-    if choice not in columns:
-        raise ArgumentError(f"{what} must be one of {', '.join(columns)}, got {choice!r}")
+    check_choice(what, choice, columns)
     if columns[choice] not in errors:
         raise ArgumentError(f"errors must come from error_table: it has no column {columns[choice]!r}")
     return columns[choice]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import get_args
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.filling.records import Decoding
 
 MODELS_MAX = 8
@@ -54,8 +54,7 @@ class FillingConfig:
         for name in ("duration_input", "standardise"):
             if type(getattr(self, name)) is not bool:
                 raise ArgumentError(f"{name} must be true or false, got {getattr(self, name)!r}")
-        if self.decoding not in get_args(Decoding):
-            raise ArgumentError(f"decoding must be 'independent' or 'feasible', got {self.decoding!r}")
+        check_choice("decoding", self.decoding, get_args(Decoding))
 
     @classmethod
     def paper(cls, *, channels: int = 8) -> "FillingConfig":

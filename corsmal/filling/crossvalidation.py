@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import pandas as pd
 
 from corsmal.dataset import TrainedOn
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.files import writing
 from corsmal.filling.prediction import FillingPredictor
 from corsmal.filling.recipe import FillingTraining, Preset
@@ -53,8 +53,7 @@ def cross_validate(
         ArgumentError: a sample has no fold, all have the same one, or a fold's training recordings lack a class.
         FileError: the folder cannot be written, or holds another run, or a broken file.
     """
-    if validation not in get_args(Validation):
-        raise ArgumentError(f"validation must be one of {get_args(Validation)}, got {validation!r}")
+    check_choice("validation", validation, get_args(Validation))
     fold_of = {sample.recording_id: _fold(folds, sample) for sample in samples}
     numbers = sorted(set(fold_of.values()))
     if len(numbers) < 2:

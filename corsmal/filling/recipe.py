@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.filling.config import FillingConfig, check_together
 from corsmal.filling.samples import Task
 
@@ -50,8 +50,7 @@ class FillingTraining:
     def __post_init__(self) -> None:
         check_together(self.networks)
         for name, choices in (("passes", Passes), ("keep", Keep), ("schedule", Schedule)):
-            if getattr(self, name) not in get_args(choices):
-                raise ArgumentError(f"{name} must be one of {get_args(choices)}, got {getattr(self, name)!r}")
+            check_choice(name, getattr(self, name), get_args(choices))
         for name in ("epochs", "batch"):
             if type(getattr(self, name)) is not int or getattr(self, name) < 1:
                 raise ArgumentError(f"{name} must be a positive whole number, got {getattr(self, name)!r}")
@@ -87,8 +86,7 @@ class FillingTraining:
         Raises:
             ArgumentError: there is no such preset.
         """
-        if preset not in get_args(Preset):
-            raise ArgumentError(f"preset must be one of {get_args(Preset)}, got {preset!r}")
+        check_choice("preset", preset, get_args(Preset))
         return cls.paper() if preset == "paper" else cls.tuned()
 
     def fitted_to(self, *, channels: int, features: int) -> "FillingTraining":

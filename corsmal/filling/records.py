@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.dataset.annotation import FILLINGS, LEVELS
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 
 TYPE_NAMES = FILLINGS
 """Names of the filling types 0 to 3, in the order of the type logits."""
@@ -67,8 +67,7 @@ class FillingPrediction:
     reason: str = ""
 
     def __post_init__(self) -> None:
-        if self.decoding not in get_args(Decoding):
-            raise ArgumentError(f"decoding must be 'independent' or 'feasible', got {self.decoding!r}")
+        check_choice("decoding", self.decoding, get_args(Decoding))
         if self.steps_s is not None and not 0 < self.steps_s < np.inf:
             raise ArgumentError(f"steps_s must be positive, got {self.steps_s}")
         for name, classes in (("type_logits", len(TYPE_NAMES)), ("level_logits", len(LEVEL_NAMES))):

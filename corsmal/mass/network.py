@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 import torch
 from torch import Tensor, nn
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.mass.axis import AXIS_RULES, AxisRule
 from corsmal.mass.restoration import PADDING_PX
 from corsmal.weights import read_network, save_network
@@ -63,8 +63,7 @@ class MassConfig:
         if type(self.padding_px) is not int or self.padding_px < 0:
             raise ArgumentError(f"padding_px must be a whole number of pixels, 0 or more, got {self.padding_px!r}")
         for name, choices in (("resize", get_args(Resize)), ("target", get_args(Target)), ("axis", AXIS_RULES)):
-            if getattr(self, name) not in choices:
-                raise ArgumentError(f"{name} must be one of {', '.join(choices)}, got {getattr(self, name)!r}")
+            check_choice(name, getattr(self, name), choices)
 
     @property
     def numbers(self) -> int:

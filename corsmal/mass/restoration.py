@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.mass.axis import AXIS_RULES, Axis, AxisRule, Mask, Outline, agreement, base_axis, outline, whole_axis
 from corsmal.mass.records import RestoredMask
 
@@ -71,8 +71,7 @@ def _check(mask: Mask, padding_px: int, axis: AxisRule) -> None:
         raise ArgumentError(f"mask must be an image (H, W) of bool, got {found}")
     if isinstance(padding_px, bool) or not isinstance(padding_px, int | np.integer) or padding_px < 0:
         raise ArgumentError(f"padding_px must be a whole number of pixels, 0 or more, got {padding_px!r}")
-    if axis not in AXIS_RULES:
-        raise ArgumentError(f"axis must be one of {', '.join(AXIS_RULES)}, got {axis!r}")
+    check_choice("axis", axis, AXIS_RULES)
 
 
 def _padded(box: Box, shape: tuple[int, ...], padding_px: int) -> Box:

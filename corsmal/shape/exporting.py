@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.shape.records import Dimensions, Hull
 from corsmal.shape.sections import circumference_points
 
@@ -52,8 +52,7 @@ def export_mesh(hull: Hull, *, file_format: MeshFormat) -> bytes:
     """
     import trimesh  # noqa: PLC0415 - slow to import, needed for export alone
 
-    if file_format not in MESH_FORMATS:
-        raise ArgumentError(f"file_format must be one of {', '.join(MESH_FORMATS)}, got {file_format!r}")
+    check_choice("file_format", file_format, MESH_FORMATS)
     vertices, faces = hull_mesh(hull)
     if len(faces) == 0:
         raise ArgumentError("the hull has fewer than two converged circumferences: there is no mesh to export")

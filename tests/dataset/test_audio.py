@@ -67,7 +67,7 @@ def test_channels_are_repeated_or_averaged_when_asked(
 
 
 def test_unknown_rule_for_channels_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ArgumentError, match="channels must be 'strict', 'repeat' or 'average', got 'mono'"):
+    with pytest.raises(ArgumentError, match="channels must be one of strict, repeat, average, got 'mono'"):
         read_audio(tmp_path / "a.wav", channels="mono")  # type: ignore[arg-type]
 
 
