@@ -75,13 +75,7 @@ class Video:
         return len(self._times)
 
     def __getitem__(self, index: int) -> NDArray[np.uint8]:
-        """One frame.
-
-        Args:
-            index: 0 is the first frame, -1 the last.
-
-        Returns:
-            (H, W, 3) uint8, RGB.
+        """One frame, (H, W, 3) uint8 RGB; 0 is the first, -1 the last.
 
         Raises:
             NotFoundError: there is no such frame.

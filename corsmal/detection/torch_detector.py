@@ -45,10 +45,7 @@ class TorchDetector:
 
     @torch.inference_mode()
     def detect(self, frames: Sequence[NDArray[np.uint8]]) -> list[Detections]:
-        """Detect in one batch of images.
-
-        Args:
-            frames: (H, W, 3) uint8 RGB each; sizes may differ.
+        """Detect in one batch of images, (H, W, 3) uint8 RGB each; sizes may differ.
 
         Returns:
             One record per image, highest score first; pixels count to a mask from a probability of 0.5 on.

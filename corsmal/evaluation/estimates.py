@@ -58,10 +58,7 @@ network's training stopped."""
 
 
 def estimates_table(rows: Iterable[Mapping[str, Any]] | pd.DataFrame) -> pd.DataFrame:
-    """Rows as an estimates table.
-
-    Args:
-        rows: one per recording, with keys of ``ESTIMATE_COLUMNS``; all but ``recording_id`` may be absent.
+    """Rows, one per recording with keys of ``ESTIMATE_COLUMNS``, as an estimates table; all but the id may be absent.
 
     Returns:
         All of ``ESTIMATE_COLUMNS`` in order, then what else the rows have. Numbers that cannot be read as such are
@@ -82,11 +79,7 @@ def estimates_table(rows: Iterable[Mapping[str, Any]] | pd.DataFrame) -> pd.Data
 
 
 def check_estimates(estimates: pd.DataFrame, recordings: pd.Index) -> Checked:
-    """What an estimates table says about the recordings of an annotation.
-
-    Args:
-        estimates: with columns of ``ESTIMATE_COLUMNS``; all but ``recording_id`` may be absent.
-        recordings: ids of the annotation's recordings.
+    """What an estimates table says about the recordings of an annotation, whose ids are given.
 
     Returns:
         The recordings that both have, in the annotation's order: numbers as float with NaN where there is no estimate,

@@ -60,14 +60,9 @@ def filling_container_table(predictions: pd.DataFrame) -> pd.DataFrame:
 
 
 def filling_confusion_tables(predictions: pd.DataFrame, quantity: str) -> dict[Kind, pd.DataFrame]:
-    """The confusion matrices of cups, glasses and boxes, summed over seeds.
+    """The confusion matrices of ``filling_type`` or ``filling_level`` by kind of container, summed over seeds.
 
-    Args:
-        predictions: as in ``pooled_table``.
-        quantity: ``filling_type`` or ``filling_level``.
-
-    Returns:
-        By kind of container, as ``confusion``. Containers that are none of the training set's are in none.
+    Containers that are none of the training set's are in none, see ``confusion``.
 
     Raises:
         ArgumentError: as ``pooled_table``, or the quantity is no class.

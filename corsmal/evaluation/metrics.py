@@ -122,11 +122,7 @@ def mape(estimated: Values, true: Values) -> float:
 
 
 def joint_classes(filling_type: Values, filling_level: Values) -> NDArray[np.int64]:
-    """Filling type and level as one class.
-
-    Args:
-        filling_type: (n,) 0 to 3.
-        filling_level: (n,) 0 to 2.
+    """Filling types (n,) 0 to 3 and levels (n,) 0 to 2 as one class.
 
     Returns:
         (n,) 0 for nothing in an empty container; 1 to 6 for pasta, rice and water, half before full; −1 for pairs that

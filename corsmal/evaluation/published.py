@@ -56,15 +56,9 @@ def leaderboard_row(scores: pd.Series, *, name: str) -> pd.DataFrame:
 
 
 def leaderboard_with(scores: pd.Series, *, split: LeaderboardSplit, name: str) -> pd.DataFrame:
-    """The leaderboard with one more row, the best first.
+    """The leaderboard of a set with one more row, ``name``, sorted by ``overall_without_simulator``, the best first.
 
-    Args:
-        scores: from ``challenge_scores``, of the same set, with every recording counted.
-        split: which leaderboard.
-        name: what the row is called in the column ``team``.
-
-    Returns:
-        As ``leaderboard``, sorted by ``overall_without_simulator``.
+    The scores, from ``challenge_scores``, must be of the same set, with every recording counted.
 
     Raises:
         ArgumentError: the split is unknown, or the scores are of other recordings than the leaderboard's.

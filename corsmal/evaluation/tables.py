@@ -110,14 +110,7 @@ def recordings_behind(errors: pd.DataFrame, metric: str, *, container_id: int | 
 
 
 def confusion_tables(errors: pd.DataFrame, quantity: str) -> dict[Kind, pd.DataFrame]:
-    """The confusion matrices of cups, glasses and boxes (paper Fig. 3).
-
-    Args:
-        errors: rows of ``error_table``.
-        quantity: ``filling_type`` or ``filling_level``.
-
-    Returns:
-        By kind of container, as ``confusion``.
+    """The confusion matrices of ``filling_type`` or ``filling_level`` by kind of container (paper Fig. 3).
 
     Raises:
         ArgumentError: it is no error table, or the quantity is no class.
@@ -131,14 +124,9 @@ def confusion_tables(errors: pd.DataFrame, quantity: str) -> dict[Kind, pd.DataF
 def recordings_confused(
     errors: pd.DataFrame, quantity: str, *, kind: Kind, true_class: int, predicted_class: int
 ) -> pd.DataFrame:
-    """The rows of ``errors`` that a cell of a confusion matrix counts.
+    """The rows of an error table that a cell of ``confusion_tables`` counts.
 
-    Args:
-        errors: from ``error_table``.
-        quantity: ``filling_type`` or ``filling_level``.
-        kind: of the containers.
-        true_class: number of the row.
-        predicted_class: number of the column; −1 for no estimate.
+    ``true_class`` is the number of its row, ``predicted_class`` that of its column, −1 for no estimate.
 
     Raises:
         ArgumentError: it is no error table, or the quantity is no class.

@@ -72,6 +72,8 @@ def restoration_figure(
 ) -> Drawn:
     """What was seen, what restoring made of it, how far that is from the truth, and what the network is given.
 
+    Panels side by side; those of the frame span the padded box, in the frame's pixels, and zoom together.
+
     Args:
         image: (H, W, 3) uint8 RGB, the frame.
         mask: (H, W) bool, the container's visible pixels.
@@ -79,9 +81,6 @@ def restoration_figure(
         network_input: (112, 112) float32, 0..1.
         resize: how it was made square: ``stretch`` or ``letterbox``.
         amodal: (H, W) bool, the container's whole silhouette where it is known; without it that panel is left out.
-
-    Returns:
-        Panels side by side; those of the frame span the padded box, in the frame's pixels, and zoom together.
     """
     added = restored.added
     panels = [

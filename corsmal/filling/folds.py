@@ -40,14 +40,11 @@ def spread_folds(table: pd.DataFrame, *, folds: int = PAPER_FOLDS, seed: int = 0
 
 
 def folds_by_container(table: pd.DataFrame, *, groups: Sequence[Sequence[int]] = WINNERS_FOLDS) -> pd.Series:
-    """Folds of whole containers: each is validated by a network that has not heard it.
-
-    Args:
-        table: such as ``Dataset.table``; recordings without a ``container_id`` are left out.
-        groups: the container ids of each fold.
+    """Folds of whole containers, ``groups`` of their ids: each is validated by a network that has not heard it.
 
     Returns:
-        The position of the container's group, by recording id.
+        The position of the container's group, by recording id of ``table``; recordings without a ``container_id`` are
+        left out.
 
     Raises:
         ArgumentError: a container is in no group or in two, or there are fewer than two groups.

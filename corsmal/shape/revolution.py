@@ -49,14 +49,9 @@ STEEPEST = 0.95
 def fit_revolution(
     cameras: Sequence[Camera], masks: Sequence[Mask], axis: Axis, *, tilt_deg: float, circumferences: int
 ) -> Hull:
-    """Fit a solid of revolution to the outlines of masks.
+    """Fit a solid of revolution to the outlines of masks, see ``fit_outlines``; the search starts at ``axis``.
 
-    Args:
-        cameras: two or more.
-        masks: per camera an (H, W) bool mask, not empty.
-        axis: where to start.
-        tilt_deg: how far the axis is expected to lean; 0: it keeps its direction.
-        circumferences: L of the hull, equally spaced from the base to the rim.
+    With a ``tilt_deg`` of 0 the axis keeps its direction. Circumferences are equally spaced from the base to the rim.
 
     Returns:
         The hull; a failed one, with a reason, where the masks show too little.

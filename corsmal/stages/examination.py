@@ -65,12 +65,8 @@ def reprojection_error(detections: DetectionSet, cameras: Mapping[str, Camera]) 
     """How far the container's triangulated centroid falls from the centroids of its masks, of the image's width.
 
     One or two hundredths come from the method: the centroids of silhouettes, and of what a hand leaves of them, are not
-    quite images of one point. More tells of a calibration of other cameras or of detections of different objects. It
-    does not tell everything: two cameras that look at the container from mirrored places can be exchanged unseen.
-
-    Args:
-        detections: of the recording.
-        cameras: by view.
+    quite images of one point. More indicates a calibration of other cameras or detections of different objects, but not
+    every such fault: two cameras that see the container from mirrored places can be exchanged unnoticed.
 
     Returns:
         The largest of the views' distances, the median over up to twelve frames with a container in two views or more;

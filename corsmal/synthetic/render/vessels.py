@@ -68,14 +68,8 @@ def draw_vessel(
 ) -> tuple[Mask, Mask]:
     """Draw a vessel into an image where it is nearer than what is there.
 
-    Args:
-        image: (H, W, 3) RGB, changed.
-        depth: (H, W) depth of what is there, metres, changed unless the vessel is see-through.
-        vessel: what is drawn.
-        base_m: (3,) the point of its axis at its base.
-        rotation: (3, 3) from the vessel to the world.
-        rays: of the camera.
-        light: (8,) from ``light_values``.
+    ``image`` (H, W, 3) RGB is changed, and ``depth`` (H, W), metres, unless the vessel is see-through. ``base_m`` (3,)
+    is the point of its axis at its base, ``rotation`` (3, 3) leads from the vessel to the world.
 
     Returns:
         (H, W) bool: its visible pixels, and all pixels of its silhouette.

@@ -74,10 +74,7 @@ Walls = tuple[Profile, Profile]
 def solved(shape: Callable[[float], Walls], *, capacity_ml: float, limits: tuple[float, float]) -> Walls:
     """The member of a family of vessels whose cavity holds a capacity up to the brim.
 
-    Args:
-        shape: from the free number to the walls; the capacity must rise or fall with it throughout.
-        capacity_ml: of the cavity.
-        limits: least and greatest value of the free number.
+    The family's free number lies within ``limits``, between which the capacity must rise or fall throughout.
 
     Raises:
         ArgumentError: the capacities of the family do not include this one.
