@@ -2,23 +2,18 @@
 
 from corsmal.estimation.detected import container_mask, file_detections, read_view_detections
 from corsmal.estimation.estimate import estimate, mass_inputs
-from corsmal.estimation.fit import Fit, FitSource, MaskSource, RecordingMasks, fit_frame, fit_masks
+from corsmal.estimation.fit import Fit, MaskSource, RecordingMasks, fit_frame, fit_masks
 from corsmal.estimation.means import TrainingMeans
-from corsmal.estimation.records import Estimate, Status
-from corsmal.estimation.several import Combined, Interval, choose_frames, combine_fits
+from corsmal.estimation.records import Estimate
+from corsmal.estimation.several import choose_frames
 
 __all__ = [
-    "Combined",
     "Estimate",
     "Fit",
-    "FitSource",
-    "Interval",
     "MaskSource",
     "RecordingMasks",
-    "Status",
     "TrainingMeans",
     "choose_frames",
-    "combine_fits",
     "container_mask",
     "estimate",
     "file_detections",

@@ -5,7 +5,6 @@ from .cells import cell_table as cell_table
 from .cells import comparison_note as comparison_note
 from .challenge import challenge_scores as challenge_scores
 from .challenge import overall_score as overall_score
-from .checking import Checked as Checked
 from .checking import truth_table as truth_table
 from .comparison import changed_sides as changed_sides
 from .comparison import compare_runs as compare_runs
@@ -20,14 +19,11 @@ from .exporting import export_table as export_table
 from .filling_tables import filling_confusion_tables as filling_confusion_tables
 from .filling_tables import filling_container_table as filling_container_table
 from .filling_tables import pooled_table as pooled_table
-from .metrics import confusion as confusion
-from .metrics import joint_classes as joint_classes
 from .metrics import mape as mape
 from .metrics import mpf1 as mpf1
 from .metrics import weighted_f1 as weighted_f1
 from .protocols import PROTOCOLS as PROTOCOLS
 from .protocols import STAMPS as STAMPS
-from .protocols import left_out as left_out
 from .published import LEADERBOARD_SPLITS as LEADERBOARD_SPLITS
 from .published import leaderboard as leaderboard
 from .published import leaderboard_row as leaderboard_row
@@ -37,7 +33,6 @@ from .recordings import error_table as error_table
 from .splits import SPLITS as SPLITS
 from .splits import find_split as find_split
 from .submission import SUBMISSION_COLUMNS as SUBMISSION_COLUMNS
-from .submission import check_submission as check_submission
 from .submission import submission_csv as submission_csv
 from .submission import submission_table as submission_table
 from .submission import write_submission as write_submission

@@ -13,7 +13,6 @@ from .recipe import FillingTraining as FillingTraining
 from .records import FEASIBLE_PAIRS as FEASIBLE_PAIRS
 from .records import LEVEL_NAMES as LEVEL_NAMES
 from .records import TYPE_NAMES as TYPE_NAMES
-from .records import Decoding as Decoding
 from .records import FillingPrediction as FillingPrediction
 from .records import decode as decode
 from .samples import FillingSample as FillingSample

@@ -1,7 +1,6 @@
 from .axis import Axis as Axis
 from .axis import AxisRule as AxisRule
 from .judging import judge_mass as judge_mass
-from .judging import mass_table as mass_table
 from .network import MassConfig as MassConfig
 from .network import MassModel as MassModel
 from .network import read_mass as read_mass

@@ -17,9 +17,9 @@ from corsmal.figures import draw_detections, jpeg
 from corsmal.geometry import Camera
 from corsmal.parameters import METHOD_VIEWS, PAIRS, SHAPE_PRESETS, CentreRule, ShapeParameters
 from corsmal.selection import BestFrame, Pair, select_best_frame
-from corsmal.stages import true_masks
 from corsmal.stages.detections import DetectionSet, load_detections
 from corsmal.stages.fits import load_fit
+from corsmal.stages.true_masks import true_masks
 from corsmal.ui import shared
 from corsmal.ui.caching import by_key, cached
 from corsmal.ui.messages import guarded

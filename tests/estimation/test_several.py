@@ -7,12 +7,11 @@ from corsmal.dataset import open_dataset
 from corsmal.estimation import (
     Fit,
     choose_frames,
-    combine_fits,
     estimate,
     file_detections,
     fit_frame,
 )
-from corsmal.estimation.several import CAPACITY_SCALE, LENGTH_SCALE
+from corsmal.estimation.several import CAPACITY_SCALE, LENGTH_SCALE, combine_fits
 from corsmal.parameters import ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import select_best_frame

@@ -5,7 +5,7 @@ from corsmal.dataset import Recording, View
 from corsmal.detection import Detections, ViewDetections
 from corsmal.detection.parquet import write_parquet
 from corsmal.errors import FileError, NotFoundError
-from corsmal.stages import true_masks, true_views
+from corsmal.stages.true_masks import true_masks, true_views
 
 MASK = np.eye(4, 6, dtype=bool)
 

@@ -8,7 +8,7 @@ import pytest
 from corsmal.dataset import open_dataset
 from corsmal.dataset.calibration import read_camera
 from corsmal.errors import ArgumentError, CorsmalError, FileError, NotFoundError
-from corsmal.stages import true_masks
+from corsmal.stages.true_masks import true_masks
 from corsmal.synthetic.writing import recording as recording_files
 from corsmal.synthetic.writing.dataset import write_demo
 from corsmal.synthetic.writing.plan import plan_recordings
