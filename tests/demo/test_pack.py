@@ -14,7 +14,9 @@ from corsmal.detection import SmallDetector
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.quantities import QUANTITIES
 from corsmal.runs import load_run
-from corsmal.stages import load_detections, load_estimate, true_masks
+from corsmal.stages.detections import load_detections
+from corsmal.stages.estimates import load_estimate
+from corsmal.stages.true_masks import true_masks
 from corsmal.store import Store
 from corsmal.synthetic.render.frame import render_frame
 from corsmal.synthetic.scene.cameras import DEMO_SIZE
