@@ -14,12 +14,13 @@ def main() -> None:
     page = st.navigation(
         [
             st.Page(
-                "pages/recordings.py",
-                title="Recordings",
-                url_path="dataset",
-                icon=":material/video_library:",
+                "pages/overview.py",
+                title="Overview",
+                url_path="answers",
+                icon=":material/dashboard:",
                 default=True,
             ),
+            st.Page("pages/recordings.py", title="Recordings", url_path="dataset", icon=":material/video_library:"),
             st.Page("pages/frames.py", title="Frames", url_path="best-frame", icon=":material/center_focus_strong:"),
             st.Page("pages/shape.py", title="Shape", url_path="hull", icon=":material/deployed_code:"),
             st.Page("pages/filling.py", title="Filling", url_path="sound", icon=":material/graphic_eq:"),

@@ -83,14 +83,8 @@ def restoration_figure(
         amodal: (H, W) bool, the container's whole silhouette where it is known; without it that panel is left out.
     """
     added = restored.added
-    panels = [
-        _frame_panel("Seen", f"{mask.sum():,} px", image, restored.crop, {SEEN: mask}),
-        _frame_panel(
-            "Restored", _restored_note(mask, restored), image, restored.crop, {SEEN: mask, GAINED: added}, is_dim=True
-        ),
-    ]
-    if restored.axis is not None:
-        panels[1].traces.append(_axis_line(restored.axis, restored.crop))
+    seen = _frame_panel("Seen", f"{mask.sum():,} px", image, restored.crop, {SEEN: mask})
+    panels = [seen, _restored_panel(image, mask, restored)]
     if amodal is not None:
         layers = {
             SEEN: mask & amodal,
@@ -104,9 +98,30 @@ def restoration_figure(
     return _drawn(panels)
 
 
+@Drawing
+def restored_figure(image: Image, mask: Mask, restored: RestoredMask) -> Drawn:
+    """What restoring made of a mask: of ``restoration_figure`` the panel that says most.
+
+    Args:
+        image: (H, W, 3) uint8 RGB, the frame.
+        mask: (H, W) bool, the container's visible pixels.
+        restored: the restored mask, with pixels.
+    """
+    return _drawn([_restored_panel(image, mask, restored)])
+
+
 def mask_png(image: NDArray[np.bool_] | NDArray[np.float32]) -> bytes:
     """An (H, W) mask, bool or 0..1, as a grey PNG: 255 where it is whole."""
     return bytes(cv2.imencode(".png", np.rint(255 * image.astype(np.float32)).astype(np.uint8))[1])
+
+
+def _restored_panel(image: Image, mask: Mask, restored: RestoredMask) -> Panel:
+    """The mask with what was added, and the axis, where there is one."""
+    layers = {SEEN: mask, GAINED: restored.added}
+    panel = _frame_panel("Restored", _restored_note(mask, restored), image, restored.crop, layers, is_dim=True)
+    if restored.axis is not None:
+        panel.traces.append(_axis_line(restored.axis, restored.crop))
+    return panel
 
 
 def _restored_note(mask: Mask, restored: RestoredMask) -> str:

@@ -84,10 +84,10 @@ def note(text: str, **place: object) -> Part:
     return {"text": text, "showarrow": False, **place}
 
 
-def cursor_line(x: float, *, yref: str) -> Part:
+def cursor_line(x: float, *, yref: str, colour: str = TRUTH) -> Part:
     """A dotted line across the plot that marks a place on its x axis."""
     ends = {"x0": x, "x1": x, "yref": yref, "y0": 0, "y1": 1}
-    return {"type": "line", **ends, "line": {"color": TRUTH, "width": 2, "dash": "dot"}}
+    return {"type": "line", **ends, "line": {"color": colour, "width": 2, "dash": "dot"}}
 
 
 def pixels_below(source: str, box: tuple[int, int, int, int], *, axes: str = "") -> Part:

@@ -6,7 +6,16 @@ import numpy as np
 
 from corsmal.figures.answer import HEAD_COLOURS
 from corsmal.figures.drawing import Drawing, Drawn
-from corsmal.figures.sound import SoundPicture, band_of
+from corsmal.figures.panels import (
+    anchor,
+    caption,
+    cursor_text,
+    log_mel_axis,
+    log_mel_image,
+    panel_axis,
+    stacked_domains,
+)
+from corsmal.figures.sound import SoundPicture
 from corsmal.figures.style import ATTENTION, SOUND, TRUTH, Part, axis, cursor_line, note, plain_layout, scatter
 from corsmal.figures.windows import length_s, times_s, window_areas, window_labels
 from corsmal.filling import FillingPrediction
@@ -16,17 +25,13 @@ PANELS_PX = {"waveform": 60, "log-mel": 124, "attention": 50, "type": 84, "level
 
 CROPPED = ("waveform", "log-mel", "attention")
 
-CAPTION_PX = 22
 LANE_PX = 26
 BAR_PX = 8
 """Above the lane the handles' bar is laid."""
 MARGIN_PX = {"l": 60, "r": 14, "t": 18, "b": 40}
-TICKS_HZ = {200: "0.2", 1000: "1", 3000: "3", 10000: "10"}
 AMPLITUDE_MIN = 0.01
 """The waveform's axis reaches at least this far: mere noise must not look like a sound."""
 
-TITLE = {"font": {"size": 11}, "standoff": 4}
-TICKS = {"fixedrange": True, "tickfont": {"size": 11}, "ticklabelstandoff": 6}
 TRAINING_CROPS = ((0.0, 0.4, "training crops begin here"), (0.6, 1.0, "training crops end here"))
 """Of the recording's length (paper 2)."""
 
@@ -64,9 +69,10 @@ def timeline_figure(
     attended = prediction is not None and prediction.attention is not None
     shown = {"attention": attended, "type": bool(windows), "level": bool(windows)}
     names = [name for name in PANELS_PX if shown.get(name, True)]
-    height_px, domains = _domains(names)
+    inner_px, domains = stacked_domains({name: PANELS_PX[name] for name in names}, lane_px=LANE_PX)
+    height_px = inner_px + MARGIN_PX["t"] + MARGIN_PX["b"]
     ids = {name: f"y{number}" if number > 1 else "y" for number, name in enumerate(names, 1)}
-    traces = [*_waveform(picture), _anchor(ids["log-mel"])]
+    traces = [*_waveform(picture), anchor(ids["log-mel"])]
     if prediction is not None and "attention" in names:
         traces.append(_attention(prediction, yaxis=ids["attention"]))
     labels = []
@@ -84,30 +90,18 @@ def timeline_figure(
         hovermode="x unified",
         hoversubplots="axis",
         xaxis=axis("time (s)", range=limits_s, anchor=ids[names[-1]], showgrid=False, zeroline=False),
-        images=[_log_mel(picture, yaxis=ids["log-mel"])],
+        images=[log_mel_image(picture, yaxis=ids["log-mel"])],
         shapes=[*_lane(picture, height_px), *([] if cursor is None else [cursor_line(cursor[0], yref="paper")])],
         annotations=[
-            *(_caption(captions[name], domains[name][1]) for name in names),
+            *(caption(captions[name], domains[name][1]) for name in names),
             *_lane_texts(picture, height_px),
             *labels,
-            *([] if cursor is None else [_cursor_text(*cursor)]),
+            *([] if cursor is None else [cursor_text(*cursor)]),
         ],
     )
     for name in names:
-        yaxis = _axis(name, picture) | {"domain": domains[name]} | TICKS
-        layout[f"yaxis{ids[name][1:]}"] = yaxis | {"title": yaxis["title"] | TITLE}
+        layout[f"yaxis{ids[name][1:]}"] = panel_axis(_axis(name, picture), domains[name])
     return traces, layout
-
-
-def _domains(names: Sequence[str]) -> tuple[int, dict[str, list[float]]]:
-    """The figure's height in pixels, and the share of the plot that each panel takes."""
-    inner_px = LANE_PX + sum(PANELS_PX[name] + CAPTION_PX for name in names)
-    domains, top_px = {}, inner_px - LANE_PX
-    for name in names:
-        top_px -= CAPTION_PX
-        domains[name] = [(top_px - PANELS_PX[name]) / inner_px, top_px / inner_px]
-        top_px -= PANELS_PX[name]
-    return inner_px + MARGIN_PX["t"] + MARGIN_PX["b"], domains
 
 
 def _axis(name: str, picture: SoundPicture) -> Part:
@@ -115,10 +109,7 @@ def _axis(name: str, picture: SoundPicture) -> Part:
         reach = 1.05 * max(AMPLITUDE_MIN, float(-picture.low.min()), float(picture.high.max()))
         return axis("amplitude", range=[-reach, reach], nticks=3, zeroline=True)
     if name == "log-mel":
-        shown = {hz: text for hz, text in TICKS_HZ.items() if hz < picture.highest_hz}
-        places = [band_of(hz, bands=picture.bands, highest_hz=picture.highest_hz) for hz in shown]
-        limits = [-0.5, picture.bands - 0.5]
-        return axis("kHz", range=limits, tickvals=places, ticktext=list(shown.values()), showgrid=False, zeroline=False)
+        return log_mel_axis(picture)
     if name == "attention":
         return axis("relative", rangemode="tozero", nticks=3)
     return axis("%", range=[0, 100], tickvals=[0, 50, 100], showgrid=False)
@@ -131,17 +122,6 @@ def _waveform(picture: SoundPicture) -> list[Part]:
     )
     filled = {"fill": "tonexty", "fillcolor": SOUND, "hovertemplate": "peak %{y:.3f} of full", "name": ""}
     return [low | {"hoverinfo": "skip"}, high | filled]
-
-
-def _anchor(yaxis: str) -> Part:
-    """Plotly draws no axis that has an image but no trace."""
-    return scatter([0], [0], mode="markers", yaxis=yaxis, opacity=0, hoverinfo="skip")
-
-
-def _log_mel(picture: SoundPicture, *, yaxis: str) -> Part:
-    start_s, end_s = picture.span_s
-    place = {"x": start_s, "sizex": end_s - start_s, "y": picture.bands - 0.5, "sizey": picture.bands}
-    return {"source": picture.log_mel, "xref": "x", "yref": yaxis, "sizing": "stretch", "layer": "below", **place}
 
 
 def _attention(prediction: FillingPrediction, *, yaxis: str) -> Part:
@@ -186,13 +166,3 @@ def _lane_texts(picture: SoundPicture, height_px: int) -> list[Part]:
 
 def _inner_px(height_px: int) -> int:
     return height_px - MARGIN_PX["t"] - MARGIN_PX["b"]
-
-
-def _cursor_text(time_s: float, text: str) -> Part:
-    font = {"size": 11, "color": TRUTH}
-    return note(text, x=time_s, y=1, yref="paper", yanchor="bottom", font=font)
-
-
-def _caption(text: str, top: float) -> Part:
-    place = {"xref": "x domain", "x": 0, "xanchor": "left", "xshift": 8, "yref": "paper", "y": top}
-    return note(text, yanchor="bottom", font={"size": 12}, **place)

@@ -8,7 +8,8 @@ from typing import Any
 
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, CorsmalError
-from corsmal.estimation import Estimate, MaskSource, estimate
+from corsmal.estimation import Estimate, estimate
+from corsmal.quantities import CLASSES, MEASURED
 from corsmal.selection import FrameDetections
 from corsmal.stages.detections import DetectionSet
 from corsmal.stages.estimates import Predictors, estimate_key
@@ -19,6 +20,10 @@ KIND = "known-when"
 
 STEPS = 16
 """Times of a recording at which it is estimated, equally spaced; the last one is its end."""
+
+ANSWERS = (*CLASSES[::-1], "capacity_ml", "container_mass_g")
+ALIKE = 0.1
+"""Numbers that differ by less than this share of the last one are the same answer."""
 
 FRAME_SLACK = 1e-6
 """Of a frame's length: a frame that is shown at the very end is part of the recording."""
@@ -49,7 +54,6 @@ def kept_estimate(
     *,
     store: Store,
     end_s: float | None = None,
-    source: MaskSource | None = None,
 ) -> Estimate:
     """The estimate of a recording as ``load_estimate`` makes it, with its hull and masks; single fits are kept.
 
@@ -60,7 +64,6 @@ def kept_estimate(
         store: keeps the fits of single frames, and log-mel rows.
         end_s: leave out what was seen and heard later, as if the recording had ended then; default: nothing. Of the
             frames only those count that were inspected, and which ones a search inspects depends on all of them.
-        source: cameras and masks of the recording, where the caller holds them already.
     """
     from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
 
@@ -74,7 +77,7 @@ def kept_estimate(
         filling=predictors.filling,
         mass=predictors.mass,
         features=partial(recording_features, folder=predictors.features, **heard),
-        fits=partial(load_fit, recording, detections, shape=shape, store=store, source=source),
+        fits=partial(load_fit, recording, detections, shape=shape, store=store),
     )
 
 
@@ -85,9 +88,9 @@ def known_when(
     times_s: Sequence[float],
     *,
     store: Store,
-    source: MaskSource | None = None,
+    only_kept: bool = False,
 ) -> Iterator[Moment]:
-    """What was known of a recording at some times, from the store where it was asked before.
+    """What was known of a recording at some times, from the store where it was computed before.
 
     Args:
         recording: the recording.
@@ -95,7 +98,7 @@ def known_when(
         predictors: what it is estimated with.
         times_s: seconds from its start, positive; see ``moments_s``.
         store: keeps what was known at each time.
-        source: cameras and masks of the recording, where the caller holds them already.
+        only_kept: leave out the times that the store does not have.
 
     Yields:
         One record per time, in the given order.
@@ -109,11 +112,29 @@ def known_when(
     for time_s in times_s:
         key = digest(KIND, whole, time_s)
         row = store.json(KIND, key)
-        if row is None:
-            found = kept_estimate(recording, detections, predictors, store=store, end_s=time_s, source=source)
-            row = found.row()
+        if row is None and not only_kept:
+            row = kept_estimate(recording, detections, predictors, store=store, end_s=time_s).row()
             store.save_json(KIND, key, row)
-        yield Moment(time_s, row)
+        if row is not None:
+            yield Moment(time_s, row)
+
+
+def known_since_s(moments: Sequence[Moment]) -> dict[str, float]:
+    """From when on an answer is the last one: a class does not change any more, a number is within 10 % of the last.
+
+    Args:
+        moments: ascending in time.
+
+    Returns:
+        Seconds by quantity; one that is not known at the end is left out.
+    """
+    since = {}
+    for name in ANSWERS:
+        for moment in reversed(moments):
+            if not _is_alike(name, moment, moments[-1]):
+                break
+            since[name] = moment.time_s
+    return since
 
 
 def moments_s(recording: Recording, *, steps: int = STEPS) -> tuple[float, ...]:
@@ -146,6 +167,14 @@ def coarse_to_fine(times_s: Sequence[float]) -> list[float]:
         order += [index for index in range(total - 1, -1, -step) if index not in order]
         step = max(1, step // 2)
     return [times_s[index] for index in order]
+
+
+def _is_alike(name: str, moment: Moment, last: Moment) -> bool:
+    """Whether an answer is there and the same as the last one."""
+    value, final = (None if name in MEASURED and not each.is_fitted else each.row[name] for each in (moment, last))
+    if value is None or final is None:
+        return False
+    return bool(value == final if name in CLASSES else abs(value - final) <= ALIKE * final)
 
 
 def _seen_until(recording: Recording, detections: DetectionSet, end_s: float) -> dict[str, FrameDetections]:

@@ -24,7 +24,7 @@ def open_detected() -> OpenedRecording:
     """The chosen recording, under what there is to say and to do about its detections."""
     opened = OpenedRecording(session.opened()[1])
     _notes(opened.detections)
-    _detection_job(opened)
+    detection_control(opened)
     session.keep_frame_within(opened.frames)
     return opened
 
@@ -38,7 +38,13 @@ def _notes(found: DetectionSet) -> None:
         st.warning(plain(note), icon=":material/warning:")
 
 
-def _detection_job(opened: OpenedRecording) -> None:
+def is_detecting(opened: OpenedRecording) -> bool:
+    """Whether a job detects in the recording."""
+    job = shared.jobs().get(opened.job_key)
+    return job is not None and job.active
+
+
+def detection_control(opened: OpenedRecording) -> None:
     """Offer to detect where frames have not been inspected yet, or show how far the job is."""
     recording, found, key = opened.recording, opened.detections, opened.job_key
     job = shared.jobs().get(key)

@@ -117,6 +117,7 @@ class Choice:
         shape: parameters of the fit.
         crop_s: start and end of the filling network's input, in hundredths of a second; None: the whole.
         channel: microphone that is drawn and played, from 0; None: the mean of all.
+        estimate: preset of the estimate over the whole recording; None: ``tuned``, which gives intervals.
     """
 
     recording: str | None = None
@@ -125,6 +126,7 @@ class Choice:
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
     crop_s: tuple[float, float] | None = None
     channel: int | None = None
+    estimate: str | None = None
 
     @property
     def preset(self) -> str:
@@ -176,7 +178,7 @@ def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
     unknown = sorted(set(params) - known)
     if unknown:
         problems.append(f"The address has unknown parameters: {', '.join(unknown)[:80]!r}.")
-    choice = follow("preset", lambda choice, text: replace(choice, shape=_preset(text)))
+    choice = follow("preset", lambda choice, text: replace(choice, shape=SHAPE_PRESETS[_preset(text)]))
     for short, (name, parse, _) in FIELDS.items():
         choice = follow(short, partial(_with, name=name, parse=parse))
     for name, parameter in PARAMETERS.items():
@@ -203,10 +205,10 @@ def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _preset(text: str) -> ShapeParameters:
+def _preset(text: str) -> str:
     if text not in SHAPE_PRESETS:
         raise ArgumentError(f"available presets: {', '.join(SHAPE_PRESETS)}")
-    return SHAPE_PRESETS[text]
+    return text
 
 
 def _pair(text: str) -> Pair:
@@ -252,6 +254,7 @@ FIELDS: dict[str, tuple[str, Callable[[str], Any], Callable[[Any], str]]] = {
     "pair": ("pair", _pair, "-".join),
     "frame": ("frame", _frame, str),
     "crop": ("crop_s", _crop, lambda crop_s: "-".join(f"{end_s:.2f}" for end_s in crop_s)),
+    "estimate": ("estimate", _preset, str),
     "ch": ("channel", _channel, lambda channel: str(channel + 1)),
 }
 """By name in the address: the field of a choice, and how it is read and written."""

@@ -14,9 +14,14 @@ from unittest.mock import patch
 import numpy as np
 from streamlit.runtime.scriptrunner_utils.script_requests import RerunData
 from streamlit.testing.v1 import AppTest, local_script_runner
+from streamlit.util import calc_hash
 
 APP = Path(__file__).resolve().parents[2] / "app.py"
-PAGES = {name: f"pages/{name}.py" for name in ("recordings", "frames", "shape", "filling", "mass", "evaluation")}
+PAGES = {
+    name: f"pages/{name}.py" for name in ("overview", "recordings", "frames", "shape", "filling", "mass", "evaluation")
+}
+PATHS = {"recordings": "dataset", "overview": ""}
+"""Under which addresses a visit may begin."""
 TIMEOUT_S = 60
 
 
@@ -25,11 +30,13 @@ class Visitor:
 
     Args:
         folder: what the visitor types as the dataset folder; None: what the app was started with, or else the demo.
+        begins: the page that is opened: ``recordings`` computes least.
         address: query parameters of the address that is opened.
     """
 
-    def __init__(self, folder: object = None, **address: str) -> None:
+    def __init__(self, folder: object = None, *, begins: str = "recordings", **address: str) -> None:
         self.test = AppTest.from_file(str(APP), default_timeout=TIMEOUT_S)
+        self.test._page_hash = calc_hash(PATHS[begins])  # `switch_page` needs a page that has run
         if folder is not None:
             self.test.session_state["data_folder"] = str(folder)
         self._sequences: dict[str, int] = {}

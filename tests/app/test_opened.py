@@ -46,6 +46,7 @@ def counts(monkeypatch: pytest.MonkeyPatch) -> Counter[object]:
 @pytest.mark.parametrize("page", [page for page in PAGES if page != "evaluation"])
 def test_a_page_opens_its_recording_once(sound_root: Path, counts: Counter[object], page: str) -> None:
     visitor = Visitor(sound_root).open(page)
+    visitor.wait_for(lambda visitor: not visitor.progress)  # a job in the background reads, too
     counts.clear()
     visitor.test.run()
     assert visitor.crashes == visitor.errors == []

@@ -150,7 +150,7 @@ def test_what_stood_in_an_address_is_shown_as_it_is(page: Page, address: str, te
 
 def test_thumbnails_are_served_for_recordings_alone(page: Page, address: str) -> None:
     with page.expect_response(re.compile("/thumbnails/")) as caught:
-        page.goto(address)
+        page.goto(f"{address}/dataset")
     response = caught.value
     assert response.status == 200
     assert response.headers["content-type"] == "image/jpeg"

@@ -68,6 +68,12 @@ def from_a_number_to_its_recording(page: Page) -> None:
 
 def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_path: Path) -> None:
     expect(page.get_by_text("synthetic").first).to_be_visible()
+    expect(page.get_by_role("heading", name="Overview", exact=True)).to_be_visible()
+    plot(page, "Hull and circumferences in 3D")
+    plot(page, f"What was known when, recording {IDS[0]}")
+    expect(page.get_by_test_id("stMetricValue").first).not_to_have_text("…")
+
+    turn_to(page, "Recordings")
     expect(page.get_by_role("heading", name=f"Recording {IDS[0]}")).to_be_visible()
 
     turn_to(page, "Frames")

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 
-from corsmal.figures.restoration import mask_png, restoration_figure
+from corsmal.figures.restoration import mask_png, restoration_figure, restored_figure
 from corsmal.figures.sensitivity import sensitivity_figure
 from corsmal.figures.style import ADDED, CONTAINER, OUTSIDE, TRUTH, rgb
 from corsmal.mass import Axis, RestoredMask
@@ -61,6 +61,13 @@ def test_panels_say_what_they_show_and_the_number_to_read_off():
         ("Restored", "200 px added (+100.0 %), axis upright"),
         ("Network input", "2 × 2 px, stretched"),
     ]
+
+
+def test_the_restored_panel_stands_alone_where_there_is_little_room():
+    restored = RestoredMask(SEEN | GAINED, CROP, UPRIGHT, GAINED)
+    alone = restored_figure(IMAGE, SEEN, restored)
+    assert titles(alone) == titles(made())[1:2]
+    assert [trace.name for trace in alone.data] == ["seen", "added", "axis"]
 
 
 @pytest.mark.parametrize(("x", "text"), [(0.1, "axis leans 5.7° right"), (-0.1, "axis leans 5.7° left")])

@@ -13,7 +13,7 @@ from corsmal.parameters import ShapeParameters
 from corsmal.stages import moments as knowing
 from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors, load_estimate
-from corsmal.stages.moments import Moment, coarse_to_fine, kept_estimate, known_when, moments_s
+from corsmal.stages.moments import Moment, coarse_to_fine, kept_estimate, known_since_s, known_when, moments_s
 from tests.networks import write_networks
 from tests.tiny import write_audio, write_tiny_dataset, write_video
 
@@ -98,6 +98,34 @@ def test_moments_are_kept(recording, predictors, store, monkeypatch):
     monkeypatch.setattr(knowing, "kept_estimate", None)
     assert moments_of(recording, predictors, times_s, store) == first
     assert [json.loads(json.dumps(moment.row)) for moment in first] == [moment.row for moment in first]
+
+
+def row(**changes):
+    values = {"status": "fitted", "filling_type": 2, "filling_level": 1, "capacity_ml": 500.0, "container_mass_g": 10.0}
+    return values | changes
+
+
+def test_answers_are_known_since_they_do_not_change_any_more():
+    rows = [
+        row(filling_level=2, capacity_ml=440.0, container_mass_g=None),
+        row(filling_level=2, capacity_ml=460.0, status="fallback: training mean"),
+        row(filling_type=1, capacity_ml=549.0, container_mass_g=30.0),
+        row(),
+    ]
+    moments = [Moment(float(time_s), each) for time_s, each in enumerate(rows, 1)]
+    since = {"filling_type": 4.0, "filling_level": 3.0, "capacity_ml": 3.0, "container_mass_g": 4.0}
+    assert known_since_s(moments) == since
+    unknown = Moment(5.0, row(status="failed", filling_type=None, filling_level=None, capacity_ml=None))
+    assert known_since_s([*moments, unknown]) == {}
+    assert known_since_s([]) == {}
+
+
+def test_only_what_is_kept_is_read_where_nothing_is_to_be_computed(recording, predictors, store):
+    times_s = moments_s(recording, steps=4)
+    moments_of(recording, predictors, times_s[1:2], store)
+    detections = load_detections(recording, store=store)
+    kept = list(known_when(recording, detections, predictors, times_s, store=store, only_kept=True))
+    assert [moment.time_s for moment in kept] == [times_s[1]]
 
 
 def test_the_record_behind_the_numbers_has_the_fitted_hull(recording, predictors, store):

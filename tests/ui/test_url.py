@@ -17,6 +17,7 @@ CHOICES = [
     Choice("1", shape=replace(ShapeParameters.tuned(), tilt_deg=0.0, wall_mm=1.5, boxes=False, all_views=False)),
     Choice("000618", None, 7, crop_s=(1.2, 7.45), channel=0),
     Choice("000618", crop_s=(0.0, 0.25), channel=7),
+    Choice("000618", estimate="paper"),
     Choice(
         "1", None, None, ShapeParameters(fit_rule="all", width_rule="widest", radius_min_mm=0.5, radius_max_mm=99.5)
     ),
@@ -45,6 +46,7 @@ def test_defaults_stay_out_of_the_address():
         ({"frame": "2.5"}, "whole"),
         ({"pair": "view1-view2"}, "view3-view1"),
         ({"preset": "best"}, "paper, lode"),
+        ({"estimate": "best"}, "paper, lode"),
         ({"L": "1000000000"}, "10–500"),
         ({"L": "12.5"}, "whole"),
         ({"dmax": "inf"}, "finite"),

@@ -1,0 +1,125 @@
+"""What was known when: computed in the background, drawn as it is found."""
+
+from collections.abc import Callable, Sequence
+
+import streamlit as st
+
+from corsmal.errors import CorsmalError
+from corsmal.estimation import Estimate
+from corsmal.figures.known_when import known_when_figure
+from corsmal.figures.sound import SoundPicture
+from corsmal.stages.estimates import Predictors
+from corsmal.stages.moments import Moment, coarse_to_fine, known_since_s, known_when
+from corsmal.store import Store
+from corsmal.ui import session, shared
+from corsmal.ui.filling import sound
+from corsmal.ui.jobs import Job, progress_text
+from corsmal.ui.linked_plot import linked_plot
+from corsmal.ui.messages import plain
+from corsmal.ui.opened import OpenedRecording
+from corsmal.ui.overview.estimating import times_s
+
+WATCHED = "known_when_job"
+POLL_S = 0.7
+ANSWERS = {
+    "filling_type": "type",
+    "filling_level": "level",
+    "capacity_ml": "capacity (within 10 %)",
+    "container_mass_g": "container mass (within 10 %)",
+}
+
+
+def begin(opened: OpenedRecording, networks: Predictors) -> Job | None:
+    """Compute in the background what the store lacks; what this session watched before is stopped.
+
+    Returns:
+        The job, where one is needed.
+    """
+    key = f"known when {opened.key} {opened.detections.key} {networks.key}"
+    earlier = st.session_state.get(WATCHED, key)
+    st.session_state[WATCHED] = key
+    if earlier != key and (job := shared.jobs().get(earlier)) is not None:
+        job.cancel()
+    times = times_s(opened)
+    if len(moments(opened, networks)) == len(times):
+        return None
+    job = shared.jobs().get(key)
+    if job is not None and job.state == "failed":
+        return job
+    return shared.jobs().start(key, "What was known when", _work(opened, networks, times, shared.store()))
+
+
+def _work(opened: OpenedRecording, networks: Predictors, times: Sequence[float], store: Store) -> Callable[[Job], None]:
+    """The work of the job, which calls nothing of Streamlit."""
+    recording, detections, order = opened.recording, opened.detections, coarse_to_fine(times)
+
+    def compute(job: Job) -> None:
+        job.advance(0, len(order))
+        for done, _ in enumerate(known_when(recording, detections, networks, order, store=store), 1):
+            job.advance(done, len(order))
+            if job.cancelled():
+                return
+
+    return compute
+
+
+def moments(opened: OpenedRecording, networks: Predictors) -> list[Moment]:
+    """What the store has by now, ascending in time."""
+    kept = known_when(
+        opened.recording, opened.detections, networks, times_s(opened), store=shared.store(), only_kept=True
+    )
+    return list(kept)
+
+
+def panel(opened: OpenedRecording, networks: Predictors, found: Estimate, job: Job | None) -> None:
+    """The curves, drawn again while a job computes them."""
+
+    def draw() -> None:
+        if job is not None and job.state == "failed":
+            st.warning(plain(job.problem), icon=":material/warning:")
+        elif job is not None and job.active:
+            st.progress(job.fraction, text=progress_text(job, "times"))
+        elif job is not None:
+            st.rerun()
+        known = moments(opened, networks)
+        if known:
+            _curves(opened, found, known)
+
+    st.fragment(draw, run_every=POLL_S if job is not None and job.active else None)()
+
+
+def _curves(opened: OpenedRecording, found: Estimate, known: Sequence[Moment]) -> None:
+    figure = known_when_figure.parts(
+        known,
+        end_s=times_s(opened)[-1],
+        picture=_picture(opened),
+        annotation=opened.recording.annotation,
+        best=_best(opened, found),
+    )
+    linked_plot(
+        figure,
+        key="overview_known_when",
+        label=f"What was known when, recording {opened.id}",
+        height_px=figure["layout"]["height"],
+        revision=opened.id,
+    )
+    since = [f"{ANSWERS[name]} from {moment_s:.1f} s" for name, moment_s in known_since_s(known).items()]
+    st.caption(
+        "At each time: the estimate had the recording ended then, from the inspected frames and the sound until then."
+        + (f" Answers that do not change any more: {', '.join(since)}." if since else "")
+    )
+
+
+def _picture(opened: OpenedRecording) -> SoundPicture | None:
+    try:
+        return sound.picture(opened, session.choice().channel)
+    except CorsmalError:  # its place in the figure is left out; the Sound part says why
+        return None
+
+
+def _best(opened: OpenedRecording, found: Estimate) -> tuple[float, str] | None:
+    """The moment of the fitted frame, and its name."""
+    clock = sound.frame_clock(opened)
+    if found.fit is None or found.fit.frame is None or clock is None or not clock[1]:
+        return None
+    return found.fit.frame / clock[1], f"frame {found.fit.frame}"

@@ -1,0 +1,145 @@
+"""The numbers of the estimate over the whole recording, each with its interval, the truth and the error."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from corsmal.dataset import Annotation
+from corsmal.dataset.annotation import FILLINGS, LEVELS
+from corsmal.estimation import Estimate
+from corsmal.quantities import BY_NAME, GEOMETRY
+from corsmal.ui.amounts import amount, filling_text, grams, mass_error, percent_error, total
+
+NOTHING, LEFT_OUT = "–", "left out"
+NOT_ANNOTATED = "no annotation"
+SEEN_IN_TRAINING = "not held out: the network was trained on this recording"
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One number as the page shows it.
+
+    Args:
+        label: what it is.
+        page: that explains it.
+        value: with its unit; ``NOTHING`` or ``LEFT_OUT`` where there is none.
+        interval: how sure it is.
+        verdict: the truth and the error, or why there is no value.
+    """
+
+    label: str
+    page: str
+    value: str = "…"
+    interval: str = "being computed"
+    verdict: str = ""
+
+
+PENDING = (
+    Tile("Filling", "filling"),
+    *(Tile(BY_NAME[name].label, "shape") for name in GEOMETRY[:1]),
+    Tile("Filling mass", "mass"),
+    Tile("Object mass", "mass"),
+    *(Tile(BY_NAME[name].label, "shape") for name in GEOMETRY[1:]),
+    Tile("Container mass", "mass"),
+)
+"""All tiles in their order, before anything is known."""
+
+
+def shape_tiles(found: Estimate, annotation: Annotation | None, *, is_inspected: bool) -> list[Tile]:
+    """Capacity, widths and height.
+
+    Args:
+        found: the estimate.
+        annotation: of the recording.
+        is_inspected: whether there are detections at all.
+    """
+    return [_shape_tile(name, found, annotation, is_inspected) for name in GEOMETRY]
+
+
+def _shape_tile(name: str, found: Estimate, annotation: Annotation | None, is_inspected: bool) -> Tile:
+    label, value, true = BY_NAME[name].label, getattr(found, name), getattr(annotation, name, None)
+    truth = NOT_ANNOTATED if true is None else f"annotated {BY_NAME[name].text(true)}"
+    if not is_inspected or value is None:
+        return Tile(label, "shape", NOTHING, "not fitted" if is_inspected else "no detections yet", truth)
+    if found.fit is None:
+        interval = "training mean: nothing was fitted"
+    elif name in found.intervals:
+        low, high = found.intervals[name]
+        interval = f"90 % interval {low:.0f}–{high:.0f} {BY_NAME[name].unit}"
+    else:
+        interval = "one frame: no interval"
+    return Tile(label, "shape", amount(name, value), interval, _with_error(truth, value, true))
+
+
+def _with_error(truth: str, value: float, true: float | None) -> str:
+    return f"{truth}, error {percent_error(value, true)}" if true else truth
+
+
+def network_tiles(
+    found: Estimate, row: Mapping[str, Any], annotation: Annotation | None, *, left_out: Mapping[str, str]
+) -> list[Tile]:
+    """Filling and masses.
+
+    Args:
+        found: the estimate.
+        row: of a run, which says what is held out.
+        annotation: of the recording.
+        left_out: why a network is left out, by ``filling`` and ``mass``.
+    """
+    return [_filling_tile(found, row, annotation, left_out), *_mass_tiles(found, row, annotation, left_out)]
+
+
+def _filling_tile(
+    found: Estimate, row: Mapping[str, Any], annotation: Annotation | None, left_out: Mapping[str, str]
+) -> Tile:
+    true = _annotated_filling(annotation)
+    truth = NOT_ANNOTATED if true is None else f"annotated: {filling_text(*true)}"
+    prediction = found.filling
+    if prediction is None:
+        return Tile("Filling", "filling", LEFT_OUT, "", left_out.get("filling", ""))
+    if prediction.pair is None:
+        return Tile("Filling", "filling", NOTHING, "no prediction", prediction.reason)
+    kind, level = prediction.pair
+    shares = prediction.probabilities
+    sure = f"{FILLINGS[kind]} {100 * shares[FILLINGS[kind]]:.0f} %, {LEVELS[level]} {100 * shares[LEVELS[level]]:.0f} %"
+    if true is not None:
+        truth = f"{'✓' if filling_text(*true) == filling_text(kind, level) else '✗'} {truth}"
+    return Tile("Filling", "filling", filling_text(kind, level), sure, _stamped(truth, row, "filling"))
+
+
+def _annotated_filling(annotation: Annotation | None) -> tuple[int, int] | None:
+    if annotation is None or annotation.filling_type is None or annotation.filling_level is None:
+        return None
+    return annotation.filling_type, annotation.filling_level
+
+
+def _mass_tiles(
+    found: Estimate, row: Mapping[str, Any], annotation: Annotation | None, left_out: Mapping[str, str]
+) -> list[Tile]:
+    container_true, filling_true = (getattr(annotation, name, None) for name in ("container_mass_g", "filling_mass_g"))
+    filling, mass = left_out.get("filling", ""), left_out.get("mass", "")
+    container = "training mean: nothing was fitted" if found.fit is None else ""
+    tiles = [
+        _mass_tile("Filling mass", found.filling_mass_g, filling_true, filling, note="level × capacity × density"),
+        _mass_tile(
+            "Object mass",
+            found.object_mass_g,
+            total(container_true, filling_true),
+            filling or mass,
+            note="container + filling",
+        ),
+        _mass_tile("Container mass", found.container_mass_g, container_true, mass, note=container),
+    ]
+    return [*tiles[:-1], replace(tiles[-1], verdict=_stamped(tiles[-1].verdict, row, "mass"))]
+
+
+def _mass_tile(label: str, value: float | None, true: float | None, left_out: str, *, note: str) -> Tile:
+    if value is not None:
+        return Tile(label, "mass", grams(value), note, mass_error(value, true))
+    if left_out:
+        return Tile(label, "mass", LEFT_OUT, "", left_out)
+    return Tile(label, "mass", NOTHING, "not estimated", NOT_ANNOTATED if true is None else f"annotated {grams(true)}")
+
+
+def _stamped(verdict: str, row: Mapping[str, Any], name: str) -> str:
+    return f"{verdict}; {SEEN_IN_TRAINING}" if row.get(f"{name}_held_out") is False else verdict

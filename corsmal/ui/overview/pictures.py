@@ -1,0 +1,98 @@
+"""What the numbers come from: the views with their masks, the hull, the restored mask, the sound."""
+
+import streamlit as st
+
+from corsmal.errors import CorsmalError
+from corsmal.estimation import Estimate
+from corsmal.figures import hull_figure
+from corsmal.figures.answer import answer_figure
+from corsmal.figures.restoration import restored_figure
+from corsmal.mass import restore_mask
+from corsmal.parameters import FRONTAL_VIEW
+from corsmal.ui import session
+from corsmal.ui.filling import sound
+from corsmal.ui.filling.answer import HEADS
+from corsmal.ui.linked_plot import linked_plot
+from corsmal.ui.messages import guarded, plain
+from corsmal.ui.opened import OpenedRecording
+from corsmal.ui.overview.tiles import page_link
+
+VIEWS = {"view1": "left of the robot", "view3": "frontal", "view2": "right of the robot"}
+HEIGHT_PX = 330
+
+
+def views(opened: OpenedRecording, found: Estimate, *, preset: str) -> None:
+    """The three views at the best frame, with their masks."""
+    best = found.best_frame
+    frame = 0 if best is None or best.frame is None else best.frame
+    names = [name for name in VIEWS if name in opened.recording.views]
+    label = f"Frame {frame}: none is the best yet" if best is None else f"Best frame {frame}{_time(opened, frame)}"
+    page_link(label, "frames", found, preset=preset)
+    for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
+        with column, guarded():
+            st.image(opened.picture(name, frame, "none" if best is None else best.centre_rule), width="stretch")
+            used = "" if found.fit is None or name not in found.fit.pair else ", of the pair"
+            st.caption(f"**{name}**, {VIEWS[name]}{used}")
+
+
+def _time(opened: OpenedRecording, frame: int) -> str:
+    clock = sound.frame_clock(opened)
+    return "" if clock is None or not clock[1] else f", {frame / clock[1]:.2f} s"
+
+
+def hull(opened: OpenedRecording, found: Estimate, *, preset: str) -> None:
+    """The hull of the best-fitting frame."""
+    page_link("Hull", "shape", found, preset=preset)
+    if found.fit is None or not found.fit.hull.ok:
+        st.caption(plain("; ".join(found.notes)) or "Nothing was fitted.")
+        return
+    linked_plot(
+        hull_figure.parts(found.fit.hull, found.fit.dimensions, cameras=opened.cameras),
+        key="overview_hull",
+        label="Hull and circumferences in 3D",
+        height_px=HEIGHT_PX,
+        revision=opened.id,
+    )
+
+
+def mask(opened: OpenedRecording, found: Estimate, *, preset: str) -> None:
+    """The mask that the container's mass is predicted from, restored."""
+    page_link("Mask, restored by symmetry", "mass", found, preset=preset)
+    if found.fit is None or found.fit.frame is None or found.best_frame is None:
+        st.caption("There is no mask without a fit.")
+        return
+    with guarded():
+        frame, rule = found.fit.frame, found.best_frame.centre_rule
+        seen = opened.mask(FRONTAL_VIEW, frame, rule)
+        restored = restore_mask(seen) if found.mass is None else found.mass.restored
+        linked_plot(
+            restored_figure.parts(opened.image(FRONTAL_VIEW, frame), seen, restored),
+            key="overview_mask",
+            label=f"The mask of {FRONTAL_VIEW}, frame {frame}, restored",
+            height_px=HEIGHT_PX,
+            revision=f"{opened.id} {frame}",
+        )
+
+
+def heard(opened: OpenedRecording, found: Estimate, *, left_out: str, preset: str) -> None:
+    """The sound, and the probabilities and logits that it gave."""
+    page_link("Sound", "filling", found, preset=preset)
+    try:
+        st.audio(sound.wav(opened, session.choice().channel, None))
+    except CorsmalError as error:
+        st.caption(plain(str(error)))
+        return
+    prediction, known = found.filling, opened.recording.annotation
+    if prediction is None or not prediction.ok:
+        st.caption(plain(left_out or (prediction.reason if prediction is not None else "")))
+        return
+    truth = {"type": getattr(known, "filling", None), "level": getattr(known, "level", None)}
+    for head in HEADS:
+        figure = answer_figure.parts(prediction, head=head, true=truth[head])
+        linked_plot(
+            figure,
+            key=f"overview_{head}",
+            label=f"Probabilities and logits of the {head}",
+            height_px=figure["layout"]["height"],
+        )
+    st.caption("Probability, logit in brackets; ◆ annotated.")

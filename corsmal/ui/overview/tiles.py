@@ -1,0 +1,89 @@
+"""Where the numbers stand on the page, and the links from what is shown to the pages that explain it."""
+
+from collections.abc import Iterable
+
+import streamlit as st
+from streamlit.delta_generator import DeltaGenerator
+
+from corsmal.estimation import Estimate
+from corsmal.parameters import SHAPE_PRESETS
+from corsmal.ui import session
+from corsmal.ui.messages import plain
+from corsmal.ui.overview.numbers import PENDING, Tile
+
+ICONS = {
+    "frames": ":material/center_focus_strong:",
+    "shape": ":material/deployed_code:",
+    "filling": ":material/graphic_eq:",
+    "mass": ":material/scale:",
+}
+PER_ROW = 4
+
+
+class Tiles:
+    """All numbers side by side; each is filled in when it is known.
+
+    Args:
+        preset: of the estimate, with which the other pages are opened.
+    """
+
+    def __init__(self, preset: str) -> None:
+        self._preset = preset
+        columns = [
+            column
+            for first in range(0, len(PENDING), PER_ROW)
+            for column in st.columns(len(PENDING[first : first + PER_ROW]), gap="small")
+        ]
+        self._slots: dict[str, DeltaGenerator] = {
+            tile.label: column.empty() for tile, column in zip(PENDING, columns, strict=True)
+        }
+        for tile in PENDING:
+            with self._slots[tile.label].container(border=True, gap=None):
+                st.button(tile.label, key=f"pending {tile.label}", type="tertiary", disabled=True)
+                _number(tile)
+
+    def show(self, tiles: Iterable[Tile], found: Estimate) -> None:
+        """Fill in numbers of an estimate."""
+        for tile in tiles:
+            with self._slots[tile.label].container(border=True, gap=None):
+                page_link(tile.label, tile.page, found, preset=self._preset)
+                _number(tile)
+
+
+def _number(tile: Tile) -> None:
+    st.metric(
+        tile.label,
+        tile.value,
+        tile.interval or None,
+        label_visibility="collapsed",
+        delta_color="off",
+        delta_arrow="off",
+    )
+    st.caption(plain(tile.verdict) or "&nbsp;")
+
+
+def page_link(label: str, page: str, found: Estimate | None, *, preset: str) -> None:
+    """A link to a page, at the frame and pair that an estimate is from and with its preset.
+
+    Args:
+        label: what is explained there.
+        page: its file's name.
+        found: the estimate; without a fit the page opens at its own best frame.
+        preset: of the estimate.
+    """
+    opens = st.button(
+        label,
+        key=f"open {page} {label}",
+        type="tertiary",
+        icon=ICONS[page],
+        help=f"Open the *{page.capitalize()}* page with this recording, frame and preset.",
+    )
+    if opens:
+        fit = None if found is None else found.fit
+        session.choose(
+            shape=SHAPE_PRESETS[preset],
+            frame=None if fit is None else fit.frame,
+            pair=None if fit is None else fit.pair,
+            crop_s=None,
+        )
+        st.switch_page(f"pages/{page}.py")

@@ -1,0 +1,61 @@
+"""Everything about the chosen recording on one page: the answers, what they come from, and what was known when."""
+
+import streamlit as st
+
+from corsmal.stages.settings import left_out_note
+from corsmal.ui import session
+from corsmal.ui.detecting import detection_control, is_detecting
+from corsmal.ui.messages import guarded
+from corsmal.ui.opened import OpenedRecording
+from corsmal.ui.overview import known_when, pictures
+from corsmal.ui.overview.estimating import (
+    estimate_control,
+    estimate_settings,
+    predictors,
+    shape_estimate,
+    whole_estimate,
+)
+from corsmal.ui.overview.numbers import network_tiles, shape_tiles
+from corsmal.ui.overview.status import computing, left_out, summary
+from corsmal.ui.overview.tiles import Tiles
+
+dataset, recording = session.opened()
+opened = OpenedRecording(recording)
+heading, control = st.columns([3, 2], vertical_alignment="bottom")
+heading.title("Overview")
+with control:
+    preset = estimate_control()
+status = st.empty()
+is_inspected = bool(opened.detections.views)
+session.keep_frame_within(opened.frames)
+if not is_inspected or is_detecting(opened):
+    detection_control(opened)
+tiles = Tiles(preset)
+note = st.empty()
+
+with guarded():
+    status.caption(computing("shape", "filling", "mass"))
+    settings = estimate_settings(dataset, preset)
+    found = shape_estimate(opened, settings)
+    tiles.show(shape_tiles(found, recording.annotation, is_inspected=is_inspected), found)
+    pictures.views(opened, found, preset=preset)
+    hull, mask, sound = st.columns([4, 3, 3], gap="medium")
+    with hull:
+        pictures.hull(opened, found, preset=preset)
+
+    status.caption(computing("filling", "mass"))
+    found, row = whole_estimate(opened, settings)
+    reasons = left_out(settings)
+    tiles.show(network_tiles(found, row, recording.annotation, left_out=reasons), found)
+    with mask:
+        pictures.mask(opened, found, preset=preset)
+    with sound:
+        pictures.heard(opened, found, left_out=reasons.get("filling", ""), preset=preset)
+    if text := left_out_note(dataset, settings):
+        note.caption(f":material/info: {text}")
+
+    st.subheader("What was known when")
+    networks = predictors(settings)
+    job = None if is_detecting(opened) else known_when.begin(opened, networks)
+    status.caption(summary(opened, found, preset=preset, job=job))
+    known_when.panel(opened, networks, found, job)
