@@ -1,15 +1,14 @@
 """Runs: estimates of many recordings under a name, with everything that they were made from, kept in the store."""
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from types import UnionType
-from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any
 
 from corsmal.errors import ArgumentError, CorsmalError, FileError
 from corsmal.parameters import SHAPE_PRESETS
+from corsmal.runs.records import record_json, record_of
 from corsmal.stages.settings import EstimateSettings
 from corsmal.store import Store, digest
 
@@ -129,11 +128,7 @@ def save_run(run: Run, *, store: Store) -> None:
     Raises:
         FileError: it cannot be written.
     """
-
-    def plain(fields: list[tuple[str, Any]]) -> dict[str, Any]:
-        return {name: str(value) if isinstance(value, Path) else value for name, value in fields}
-
-    if not store.save_json(KIND, _key(run.name, run.dataset), asdict(run, dict_factory=plain)):
+    if not store.save_json(KIND, _key(run.name, run.dataset), record_json(run)):
         raise FileError(store.root, f"the run could not be kept: {store.problems[-1]}")
 
 
@@ -169,18 +164,6 @@ def _key(name: str, dataset: str) -> str:
 def _run_of(content: Mapping[str, Any] | None) -> Run | None:
     """A run from its JSON; None for what is no run, such as one that another version wrote."""
     try:
-        return None if content is None else _typed(Run, content)
+        return None if content is None else record_of(Run, content)
     except (CorsmalError, LookupError, TypeError, ValueError, AttributeError):
         return None
-
-
-def _typed(kind: Any, value: Any) -> Any:
-    """A value of JSON as a field's type has it."""
-    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
-        types = get_type_hints(kind)
-        return kind(**{name: _typed(types[name], item) for name, item in value.items()})
-    if get_origin(kind) is UnionType:
-        return None if value is None else _typed(get_args(kind)[0], value)
-    if get_origin(kind) is tuple:
-        return tuple(_typed(get_args(kind)[0], item) for item in value)
-    return Path(value) if kind is Path else value
