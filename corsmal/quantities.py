@@ -70,3 +70,10 @@ MEASURED = (*GEOMETRY, "container_mass_g")
 
 CLASSES = tuple(quantity.name for quantity in QUANTITIES if quantity.is_class)
 """Filling level and type."""
+
+
+def duration_text(seconds: float) -> str:
+    """How long something takes, as people read it."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -7,6 +7,7 @@ import typer
 
 from corsmal.commands import PRESET_HELP, DetectFirst, FeatureFolder, Root, progress_bar, say, shape_preset
 from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine
+from corsmal.quantities import duration_text
 
 if TYPE_CHECKING:
     from corsmal.runs.reproduction_settings import PlannedStep
@@ -70,7 +71,7 @@ def reproduce(
     with progress_bar("reproduction, %") as bar:
 
         def report(state: StepProgress) -> None:
-            bar(round(100 * state.share), 100, f"{state.step}: {_time(state.left_s)} left")
+            bar(round(100 * state.share), 100, f"{state.step}: {duration_text(state.left_s)} left")
 
         found = run(root, out=out, settings=settings, tests=tests, engine=chosen_engine, progress=report)
     for note in found.notes:
@@ -82,11 +83,5 @@ def reproduce(
 
 def _say_plan(steps: "list[PlannedStep]") -> None:
     for step in steps:
-        say(f"{step.name}: {step.what}, about {_time(step.seconds)}")
-    say(f"Together about {_time(sum(step.seconds for step in steps))} on two cores where nothing is kept yet.")
-
-
-def _time(seconds: float) -> str:
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+        say(f"{step.name}: {step.what}, about {duration_text(step.seconds)}")
+    say(f"Together about {duration_text(sum(step.seconds for step in steps))} on two cores where nothing is kept yet.")
