@@ -1,4 +1,4 @@
-"""A small app around the linked plot: a surface with a range input, and points that one can click, step and crop."""
+"""A small app around the linked plot: a surface with a range input, and points that one can click and step."""
 
 import numpy as np
 import plotly.graph_objects as go
@@ -23,30 +23,24 @@ def surface() -> None:
         go.Surface(x=radii * np.cos(angles), y=radii * np.sin(angles), z=heights * state["height"], showscale=False)
     )
     figure.update_layout(scene_aspectmode="data", margin={"l": 0, "r": 0, "t": 0, "b": 0})
-    slider = Slider(
-        "height", "Height", min=20, max=140, step=1, value=state["height"], unit="mm", marks={20: "low", 130: "high"}
-    )
+    slider = Slider("height", "Height", min=20, max=140, step=1, value=state["height"], unit="mm")
     linked_plot(figure, key="surface", label="Surface", sliders=[slider], height_px=320)
     st.text(f"height {state['height']:g} first settled {state['first']} settled {event.settled}")
 
 
 @st.fragment
 def points() -> None:
-    state = st.session_state.setdefault("points_state", {"index": 0, "clicks": 0, "crop": 2.0})
+    state = st.session_state.setdefault("points_state", {"index": 0, "clicks": 0})
     event = plot_event("points")
     if event.click:
         state["index"] = event.click.customdata
         state["clicks"] += 1
     if event.key:
         state["index"] += {"ArrowLeft": -1, "ArrowRight": 1}[event.key[0]] * event.key[1]
-    if event.shapes:
-        state["crop"] = event.shapes[0].x0
     numbers = np.arange(10)
     figure = go.Figure(go.Scatter(x=numbers, y=numbers**2, mode="markers", marker_size=20, customdata=7 * numbers))
-    crop = {"x0": state["crop"], "x1": state["crop"] + 2, "y0": 0, "y1": 81, "fillcolor": "gray", "opacity": 0.4}
-    figure.update_layout(shapes=[crop | {"editable": True, "layer": "below", "name": "crop"}])
     linked_plot(figure, key="points", label="Points", keys=("ArrowLeft", "ArrowRight"), height_px=240)
-    st.text(f"index {state['index']} clicks {state['clicks']} crop {state['crop']:.1f}")
+    st.text(f"index {state['index']} clicks {state['clicks']}")
 
 
 def main() -> None:

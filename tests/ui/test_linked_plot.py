@@ -10,7 +10,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from corsmal.errors import ArgumentError
-from corsmal.ui.linked_plot import Click, PlotEvent, Shape, Slider, Span, plotly_route
+from corsmal.ui.linked_plot import Click, PlotEvent, Slider, Span, plotly_route
 from corsmal.ui.linked_plot.assets import PLOTLY_URL
 from corsmal.ui.linked_plot.component import figure_json
 from corsmal.ui.linked_plot.events import PRESSES_MAX, parse_event
@@ -20,11 +20,11 @@ import plotly.graph_objects as go
 import streamlit as st
 from corsmal.ui.linked_plot import Slider, linked_plot, plot_event
 
-early = plot_event("plot") if st.session_state.get("ask_first") else None
+event = plot_event("plot")
 figure = go.Figure(go.Scatter(y=[1, 2]), layout={"template": "plotly_dark"})
 sliders = [Slider("a", "A", min=0, max=9, step=1, value=3), Slider("b", "B", min=0, max=9, step=1, value=4)]
-event = linked_plot(figure, key="plot", label="Plot", sliders=sliders)
-st.session_state["events"] = (early, event)
+linked_plot(figure, key="plot", label="Plot", sliders=sliders)
+st.session_state["event"] = event
 """
 
 CHECKS = """
@@ -43,43 +43,35 @@ for arguments in ({"sliders": [slider, slider]}, {"height_px": 0}):
 SPAN = """
 import plotly.graph_objects as go
 import streamlit as st
-from corsmal.ui.linked_plot import Slider, Span, linked_plot
+from corsmal.ui.linked_plot import Slider, Span, linked_plot, plot_event
 
+st.session_state["values"] = plot_event("plot").values
 slider = Slider("c", "C", min=0, max=9, step=1, value=1)
 span = Span(names=("a", "b"), labels=("A", "B"), min=0, max=9, step=1, values=(3, 4))
-event = linked_plot(go.Figure(), key="plot", label="Plot", sliders=[slider], span=span)
-st.session_state["values"] = event.values
+linked_plot(go.Figure(), key="plot", label="Plot", sliders=[slider], span=span)
 """
 
 
-def run(report: dict[str, Any] | None = None, **state: Any) -> AppTest:
+def run(report: dict[str, Any] | None = None) -> AppTest:
     test = AppTest.from_string(SCRIPT, default_timeout=30).run()
     test.session_state["plot"] = {"report": report} if report else {}
-    for name, value in state.items():
-        test.session_state[name] = value
     return test.run()
 
 
-def events(test: AppTest) -> tuple[PlotEvent | None, PlotEvent]:
+def event_of(test: AppTest) -> PlotEvent:
     assert not test.exception
-    result: tuple[PlotEvent | None, PlotEvent] = test.session_state["events"]
-    return result
+    event: PlotEvent = test.session_state["event"]
+    return event
 
 
-def test_first_run_has_no_event_and_the_given_values() -> None:
-    assert events(run()) == (None, PlotEvent(values={"a": 3, "b": 4}))
+def test_first_run_has_no_event() -> None:
+    assert event_of(run()) == PlotEvent()
 
 
 def test_a_report_is_one_event() -> None:
     test = run({"sequence": 1, "values": {"a": 7}, "settled": False, "key": {"key": "End", "count": 2}})
-    assert events(test)[1] == PlotEvent(key=("End", 2), values={"a": 7, "b": 4}, settled=False)
-    assert events(test.run())[1] == PlotEvent(values={"a": 3, "b": 4})
-
-
-def test_asking_first_takes_the_event() -> None:
-    early, late = events(run({"sequence": 1, "values": {"a": 7}}, ask_first=True))
-    assert early == PlotEvent(values={"a": 7})
-    assert late == PlotEvent(values={"a": 3, "b": 4})
+    assert event_of(test) == PlotEvent(key=("End", 2), values={"a": 7}, settled=False)
+    assert event_of(test.run()) == PlotEvent()
 
 
 def test_the_browser_learns_which_report_was_answered() -> None:
@@ -91,11 +83,9 @@ def test_the_browser_learns_which_report_was_answered() -> None:
 
 
 def test_parse_reads_every_kind() -> None:
-    click = {"x": 1, "y": "b", "curve": 2, "customdata": [3], "point_index": [4, 5]}
-    shape = {"x0": 0, "x1": 1, "y0": 2, "y1": 3}
-    event = parse_event({"click": click, "shapes": [shape], "key": {"key": "End", "count": 10**9}})
-    assert event.click == Click(x=1, y="b", curve=2, customdata=[3], point_index=(4, 5))
-    assert event.shapes == [Shape("", 0, 1, 2, 3)]
+    click = {"x": 1, "y": "b", "curve": 2, "customdata": [3]}
+    event = parse_event({"click": click, "key": {"key": "End", "count": 10**9}})
+    assert event.click == Click(x=1, y="b", curve=2, customdata=[3])
     assert event.key == ("End", PRESSES_MAX)
     assert event.settled
 
@@ -109,8 +99,7 @@ def test_parse_reads_every_kind() -> None:
         {"key": {"key": "End"}},
         {"key": {"key": "End", "count": float("inf")}},
         {"click": {"x": 1}},
-        {"shapes": [{"x0": 1}]},
-        {"shapes": 3},
+        {"click": 3},
     ],
 )
 def test_parse_refuses_what_it_cannot_read(report: dict[str, Any]) -> None:
@@ -125,7 +114,6 @@ def test_parse_refuses_what_it_cannot_read(report: dict[str, Any]) -> None:
         ({"step": 0}, "step positive"),
         ({"value": 10}, r"must lie in 0\.\.9, got 10"),
         ({"value": float("nan")}, "finite"),
-        ({"marks": {-1: "low"}}, r"must lie in 0\.\.9, got -1"),
     ],
 )
 def test_slider_refuses(change: dict[str, Any], message: str) -> None:
@@ -151,10 +139,10 @@ def test_span_refuses(change: dict[str, Any], message: str) -> None:
 
 def test_ends_of_a_span_are_values_like_those_of_range_inputs() -> None:
     test = AppTest.from_string(SPAN, default_timeout=30).run()
-    assert test.session_state["values"] == {"c": 1, "a": 3, "b": 4}
+    assert test.session_state["values"] == {}
     test.session_state["plot"] = {"report": {"sequence": 1, "values": {"b": 7}, "settled": False}}
     test.run()
-    assert test.session_state["values"] == {"c": 1, "a": 3, "b": 7}
+    assert test.session_state["values"] == {"b": 7}
     sent = json.loads(test.get("bidi_component")[0].proto.json)["span"]
     assert (sent["names"], sent["values"], sent["domain"]) == (["a", "b"], [3, 4], [0, 1])
 

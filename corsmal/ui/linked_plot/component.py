@@ -9,13 +9,12 @@ The page owns the values, the browser reports what the user does. A page therefo
 
 ``Slider.value`` is what the input shows. As long as the user drags it, or the answer to the last report is on its
 way, the browser keeps the user's position; otherwise it follows ``Slider.value``, so a preset or an opened address
-moves the sliders. An event is handed out once: by ``plot_event`` if the page asks before drawing, else by
-``linked_plot``.
+moves the sliders.
 """
 
 import base64
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -49,7 +48,7 @@ def linked_plot(
     span: Span | None = None,
     keys: Sequence[str] = (),
     revision: str = "",
-) -> PlotEvent:
+) -> None:
     """Show a figure that keeps its camera and reports what the user does with it.
 
     Inside a ``st.fragment`` only the fragment runs again. Colours and fonts that the figure does not set come from
@@ -66,26 +65,21 @@ def linked_plot(
             except in an input.
         revision: camera, zoom and hidden traces stay while this stays the same.
 
-    Returns:
-        What the user did since the last run, with the values of all range inputs and of the span.
-
     Raises:
         ArgumentError: two range inputs or ends share a name, or the height is not positive.
     """
-    values = [(slider.name, slider.value) for slider in sliders]
-    values += [] if span is None else list(zip(span.names, span.values, strict=True))
-    if len(dict(values)) < len(values):
-        raise ArgumentError(f"sliders must have different names, got {[name for name, _ in values]}")
+    names = [slider.name for slider in sliders] + ([] if span is None else [*span.names])
+    if len(set(names)) < len(names):
+        raise ArgumentError(f"sliders must have different names, got {names}")
     if height_px < 1:
         raise ArgumentError(f"height_px must be positive, got {height_px}")
-    event = plot_event(key)
     _component(
         key=key,
         data={
             "figure": figure_json(figure),
             "label": label,
             "height": height_px,
-            "sliders": [asdict(slider) | {"marks": list(slider.marks.items())} for slider in sliders],
+            "sliders": [asdict(slider) for slider in sliders],
             "span": None if span is None else asdict(span),
             "keys": list(keys),
             "revision": revision or key,
@@ -94,11 +88,10 @@ def linked_plot(
         },
         on_report_change=_no_callback,
     )
-    return replace(event, values=dict(values) | dict(event.values))
 
 
 def plot_event(key: str) -> PlotEvent:
-    """What the user did to a linked plot since its last run, for a page that needs it before it draws.
+    """What the user did to a linked plot since its last run.
 
     Args:
         key: the plot's key.

@@ -1,4 +1,4 @@
-"""What goes into a linked plot and what comes out of it: range inputs, spans, clicks, keys, shapes."""
+"""What goes into a linked plot and what comes out of it: range inputs, spans, clicks, keys."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,6 @@ class Slider:
         step: the distance between values, counted from ``min``.
         value: what the input shows, in ``min``..``max``.
         unit: written after the number.
-        marks: labelled positions under the track; a click on a label moves there.
     """
 
     name: str
@@ -33,7 +32,6 @@ class Slider:
     step: float
     value: float
     unit: str = ""
-    marks: Mapping[float, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, (self.min, self.max, self.step, self.value))):
@@ -43,11 +41,8 @@ class Slider:
                 f"slider {self.name!r}: min must be below max and step positive, "
                 f"got min {self.min}, max {self.max}, step {self.step}"
             )
-        for number in (self.value, *self.marks):
-            if not self.min <= number <= self.max:
-                raise ArgumentError(
-                    f"slider {self.name!r}: value and marks must lie in {self.min}..{self.max}, got {number}"
-                )
+        if not self.min <= self.value <= self.max:
+            raise ArgumentError(f"slider {self.name!r}: value must lie in {self.min}..{self.max}, got {self.value}")
 
 
 @dataclass(frozen=True)
@@ -97,33 +92,12 @@ class Click:
         y: the point's y, likewise.
         curve: the number of the trace, from 0.
         customdata: what the trace holds for the point, or None.
-        point_index: the number of the point in its trace, from 0; (row, column) in heatmaps and surfaces.
     """
 
     x: float | str | None
     y: float | str | None
     curve: int
     customdata: Any = None
-    point_index: int | tuple[int, ...] | None = None
-
-
-@dataclass(frozen=True)
-class Shape:
-    """Where a shape of the figure stands after the user moved it, in the unit of its axes.
-
-    Args:
-        name: the name that the figure gave the shape; empty when it gave none.
-        x0: one end in x.
-        x1: the other end in x.
-        y0: one end in y.
-        y1: the other end in y.
-    """
-
-    name: str
-    x0: float | str
-    x1: float | str
-    y0: float | str
-    y1: float | str
 
 
 @dataclass(frozen=True)
@@ -133,9 +107,7 @@ class PlotEvent:
     Args:
         click: the point that was clicked, only in the run that the click caused.
         key: the key that was pressed and how often, likewise.
-        values: values of range inputs and ends of the span by name: from ``plot_event`` those that the user moved,
-            likewise; from ``linked_plot`` all of them.
-        shapes: all shapes of the figure when the user moved one, likewise.
+        values: values of the range inputs and ends of the span that the user moved, by name, likewise.
         settled: False while a range input or a handle is being dragged or a key is held: more is coming, keep slow
             work for later.
     """
@@ -143,7 +115,6 @@ class PlotEvent:
     click: Click | None = None
     key: tuple[str, int] | None = None
     values: Mapping[str, float] = field(default_factory=dict)
-    shapes: list[Shape] | None = None
     settled: bool = True
 
 
@@ -157,12 +128,11 @@ def parse_event(report: Mapping[str, Any]) -> PlotEvent:
         ArgumentError: it is not of that form.
     """
     try:
-        key, shapes, values = report.get("key"), report.get("shapes"), report.get("values") or {}
+        key, values = report.get("key"), report.get("values") or {}
         event = PlotEvent(
             click=_click(report["click"]) if report.get("click") else None,
             key=(str(key["key"]), min(max(int(key["count"]), 1), PRESSES_MAX)) if key else None,
             values={str(name): float(value) for name, value in values.items()},
-            shapes=[_shape(shape) for shape in shapes] if shapes is not None else None,
             settled=bool(report.get("settled", True)),
         )
     except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
@@ -173,15 +143,4 @@ def parse_event(report: Mapping[str, Any]) -> PlotEvent:
 
 
 def _click(raw: Mapping[str, Any]) -> Click:
-    index = raw.get("point_index")
-    return Click(
-        x=raw.get("x"),
-        y=raw.get("y"),
-        curve=int(raw["curve"]),
-        customdata=raw.get("customdata"),
-        point_index=tuple(int(number) for number in index) if isinstance(index, list) else index,
-    )
-
-
-def _shape(raw: Mapping[str, Any]) -> Shape:
-    return Shape(str(raw.get("name") or ""), raw["x0"], raw["x1"], raw["y0"], raw["y1"])
+    return Click(x=raw.get("x"), y=raw.get("y"), curve=int(raw["curve"]), customdata=raw.get("customdata"))

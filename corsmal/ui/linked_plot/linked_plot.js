@@ -93,8 +93,7 @@ class LinkedPlot {
     try {
       const Plotly = await loadPlotly(data.plotly_url);
       const { data: traces, layout = {} } = JSON.parse(data.figure);
-      const shapePosition = Boolean(layout.shapes?.length && layout.shapes.every((shape) => shape.editable));
-      const config = { displaylogo: false, showSendToCloud: false, edits: { shapePosition } };
+      const config = { displaylogo: false, showSendToCloud: false };
       Object.assign(layout, { template: theme, height: data.height, uirevision: data.revision, autosize: true });
       delete layout.width;
       if (!this.ready) this.figure.replaceChildren();
@@ -165,10 +164,6 @@ class LinkedPlot {
   listen() {
     this.figure.on("plotly_click", (event) => this.report({ click: clickOf(event.points[0]) }));
     this.figure.on("plotly_afterplot", () => this.span?.place());
-    this.figure.on("plotly_relayout", (change) => {
-      if (!Object.keys(change).some((key) => key.startsWith("shapes["))) return;
-      this.report({ shapes: this.figure.layout.shapes.map(({ name, x0, x1, y0, y1 }) => ({ name, x0, x1, y0, y1 })) });
-    });
   }
 
   pressKey(event) {
@@ -202,21 +197,10 @@ class LinkedPlot {
       view.number.setAttribute("aria-label", `${slider.label}, number`);
       const { min, max, step } = slider;
       for (const input of [view.range, view.number]) Object.assign(input, { min, max, step });
-      this.updateMarks(view, slider);
       if (settled && !view.held) this.show(view, slider.value, slider.unit);
     }
     if (this.data.span) this.span ??= new SpanHandles(this);
     this.span?.update(this.data.span, settled);
-  }
-
-  updateMarks(view, slider) {
-    view.marks.hidden = !slider.marks.length;
-    view.marks.replaceChildren();
-    for (const [value, text] of slider.marks) {
-      const button = element("button", "", view.marks, { type: "button", textContent: text });
-      button.style.left = `${(100 * (value - slider.min)) / (slider.max - slider.min)}%`;
-      button.onclick = () => this.move(slider.name, value, true);
-    }
   }
 
   makeSlider(name) {
@@ -227,7 +211,6 @@ class LinkedPlot {
       number: element("input", "", box, { type: "number" }),
       unit: element("span", "linked-plot-unit", box),
       range: element("input", "", box, { type: "range", id }),
-      marks: element("div", "linked-plot-marks", box),
       held: false,
     };
     view.range.dataset.name = name;
@@ -257,11 +240,5 @@ class LinkedPlot {
 
 function clickOf(point) {
   const plain = (value) => (ArrayBuffer.isView(value) ? Array.from(value) : (value ?? null));
-  return {
-    x: plain(point.x),
-    y: plain(point.y),
-    curve: point.curveNumber,
-    customdata: plain(point.customdata),
-    point_index: plain(point.pointNumber ?? point.pointIndex),
-  };
+  return { x: plain(point.x), y: plain(point.y), curve: point.curveNumber, customdata: plain(point.customdata) };
 }
