@@ -3,11 +3,12 @@
 import streamlit as st
 
 from corsmal.ui import session
+from corsmal.ui.evaluation.judged import has_truth
 from corsmal.ui.evaluation.runs import chosen_run
-from corsmal.ui.evaluation.sections import can_be_judged, section_control, show_section
+from corsmal.ui.evaluation.sections import section_control, show_section
 
 st.title("Evaluation")
 dataset, _ = session.opened()
 run = chosen_run(dataset)
 if run is not None and run.rows:
-    show_section(section_control() if can_be_judged(dataset) else "Recordings", run, dataset)
+    show_section(section_control() if has_truth(dataset) else "Recordings", run, dataset)

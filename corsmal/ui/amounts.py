@@ -1,7 +1,14 @@
 """Amounts and errors as pages write them."""
 
+from typing import Any
+
 from corsmal.dataset.annotation import FILLINGS, LEVELS
 from corsmal.quantities import BY_NAME
+
+
+def measure(place: Any, label: str, value: object, note: str) -> None:
+    """A measure with a note below it, in a column or another place."""
+    place.metric(label, value, note, delta_color="off", delta_arrow="off")
 
 
 def amount(name: str, value: float) -> str:

@@ -1,7 +1,7 @@
 """Results that all sessions of a server share. What is cached is never changed by whoever gets it."""
 
 from collections.abc import Callable
-from functools import partial
+from functools import partial, wraps
 from typing import Any, ParamSpec, TypeVar
 
 import streamlit as st
@@ -36,10 +36,10 @@ def cached(
         compute.__module__, compute.__qualname__ = function.__module__, function.__qualname__
         kept = st.cache_resource(max_entries=max_entries, show_spinner=spinner)(compute)
 
+        @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> Result:
             return kept(repr(key(*args, **kwargs)), partial(function, *args, **kwargs))
 
-        call.__name__, call.__doc__ = function.__name__, function.__doc__
         return call
 
     return decorate

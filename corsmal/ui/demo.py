@@ -5,8 +5,8 @@ import streamlit as st
 from corsmal.synthetic import ANNOTATION_FILE, DemoProgress, write_demo
 from corsmal.ui import shared
 from corsmal.ui.folders import demo_folder, full_demo_folder
-from corsmal.ui.jobs import Job, progress_text
-from corsmal.ui.messages import plain
+from corsmal.ui.following import follow
+from corsmal.ui.jobs import Job
 
 KEY = "demo"
 STEPS = 100
@@ -24,14 +24,10 @@ def show_demo(folder: str, folder_key: str) -> None:
         folder_key: where the session keeps it.
     """
     st.info("The built-in demo: **synthetic** people, containers and sounds.", icon=":material/science:")
-    job = shared.jobs().get(KEY)
     is_made = (full_demo_folder() / ANNOTATION_FILE).is_file()
     is_shown = folder == str(full_demo_folder())
-    if job is not None and job.active:
-        _watch()
-    elif job is None or job.state != "done" or not is_made:  # the latter after somebody deleted it
-        if job is not None and job.state == "failed":
-            st.error(plain(job.problem), icon=":material/error:")
+    is_running, state = follow(KEY, unit="%", is_narrow=True), shared.jobs().state(KEY)
+    if not is_running and (state != "done" or not is_made):  # the latter after somebody deleted it
         st.button(
             MAKE,
             on_click=begin,
@@ -59,20 +55,8 @@ def begin() -> None:
             job.label = f"Making the demo, {progress.done} of {progress.total} recordings"
             job.advance(round(STEPS * progress.fraction), STEPS)
             job.forecast(progress.left_s)
-            job.results = progress.done
+            job.results = min(progress.done, 1)  # the first recording makes the page run again
 
         write_demo(folder, progress=report, cancelled=job.cancelled, workers=WORKERS)
 
     shared.jobs().start(KEY, "Making the demo", work)
-
-
-@st.fragment(run_every=2.0)
-def _watch() -> None:
-    """Follow the job; the app is run again when it ends, and when there are more recordings to show."""
-    job = shared.jobs().get(KEY)
-    shown = st.session_state.setdefault("demo_shown", job.results if job else 0)
-    if job is None or not job.active or (job.results and not shown):
-        st.session_state["demo_shown"] = job.results if job else 0
-        st.rerun()
-    st.progress(job.fraction, text=progress_text(job, "%"))
-    st.button("Stop", on_click=job.cancel, help="What was made is kept.", icon=":material/stop:", key="stop_demo")

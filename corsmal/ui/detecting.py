@@ -4,27 +4,26 @@ from contextlib import suppress
 
 import streamlit as st
 
-from corsmal.dataset import Recording
-from corsmal.detection import Detector
 from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import DetectionSet, detect_recording
-from corsmal.stages.settings import SEARCH_STEP
-from corsmal.store import Store
+from corsmal.stages.settings import SEARCH_STEP, Method, find_detector
 from corsmal.ui import session, shared
-from corsmal.ui.jobs import Job, progress_text
+from corsmal.ui.following import follow
+from corsmal.ui.jobs import Job
 from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording
-from corsmal.weights import find_weights
 
-DETECTORS = {"coco": "Mask R-CNN, COCO weights", "demo": "small Mask R-CNN of the demo"}
+DETECTORS: dict[Method, str] = {"coco": "Mask R-CNN, COCO weights", "demo": "small Mask R-CNN of the demo"}
 
 
 def open_detected() -> OpenedRecording:
     """The chosen recording, under what there is to say and to do about its detections."""
     opened = OpenedRecording(session.opened()[1])
+    is_running = follow(opened.job_key, unit="frames")  # first: what it keeps from here on makes the page run again
     _notes(opened.detections)
-    detection_control(opened)
+    if not is_running:
+        _offer(opened)
     session.keep_frame_within(opened.frames)
     return opened
 
@@ -40,21 +39,18 @@ def _notes(found: DetectionSet) -> None:
 
 def is_detecting(opened: OpenedRecording) -> bool:
     """Whether a job detects in the recording."""
-    job = shared.jobs().get(opened.job_key)
-    return job is not None and job.active
+    return shared.jobs().is_active(opened.job_key)
 
 
 def detection_control(opened: OpenedRecording) -> None:
     """Offer to detect where frames have not been inspected yet, or show how far the job is."""
-    recording, found, key = opened.recording, opened.detections, opened.job_key
-    job = shared.jobs().get(key)
-    if job is not None and job.active:
-        _watch(key)
-        return
-    if job is not None and job.state == "failed":
-        st.error(plain(job.problem), icon=":material/error:")
-    if opened.has_more_detections:  # the job ended while the page was being drawn
-        st.rerun()
+    if not follow(opened.job_key, unit="frames"):
+        _offer(opened)
+
+
+def _offer(opened: OpenedRecording) -> None:
+    """Offer to detect where frames have not been inspected yet."""
+    recording, found = opened.recording, opened.detections
     open_views = _uninspected(opened)
     if not open_views:
         return
@@ -65,13 +61,8 @@ def detection_control(opened: OpenedRecording) -> None:
             icon=":material/search:",
         )
     left, middle, right = st.columns([2, 1, 1], vertical_alignment="bottom")
-    detector = left.selectbox(
-        "Detector",
-        list(DETECTORS),
-        index=list(DETECTORS).index("demo" if recording.is_synthetic else "coco"),
-        key="detector",
-        format_func=DETECTORS.__getitem__,
-    )
+    with left:
+        detector = detector_control(is_synthetic=recording.is_synthetic, key="detector")
     searches = middle.button(
         "Find the best frame",
         type="primary",
@@ -81,21 +72,28 @@ def detection_control(opened: OpenedRecording) -> None:
     )
     inspects_all = right.button("Inspect all frames", icon=":material/select_all:", width="stretch")
     if searches or inspects_all:
-        every = 1 if inspects_all else SEARCH_STEP
-        store = shared.store()
-        shared.jobs().start(key, "Detecting containers", lambda job: _detect(job, recording, detector, every, store))
+        store, settings = shared.store(), find_detector(detector, every=1 if inspects_all else SEARCH_STEP)
+
+        def work(job: Job) -> None:
+            detect_recording(
+                recording,
+                settings.open(),
+                store=store,
+                every=settings.every,
+                progress=job.advance,
+                kept=job.keep,
+                cancelled=job.cancelled,
+            )
+
+        shared.jobs().start(opened.job_key, "Detecting containers", work)
         st.rerun()
 
 
-def open_detector(name: str) -> Detector:
-    """One of ``DETECTORS``. Loads PyTorch; for a job, not for a page.
-
-    Raises:
-        FileError: its weights are absent or broken.
-    """
-    from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415 - PyTorch takes seconds to import
-
-    return SmallDetector(find_weights("detector").path) if name == "demo" else MaskRCNNDetector()
+def detector_control(*, is_synthetic: bool, key: str) -> Method:
+    """Choose one of ``DETECTORS``; at first the one for such recordings."""
+    names = list(DETECTORS)
+    first = names.index("demo" if is_synthetic else "coco")
+    return st.selectbox("Detector", names, first, format_func=DETECTORS.__getitem__, key=key)
 
 
 def _uninspected(opened: OpenedRecording) -> list[str]:
@@ -108,26 +106,3 @@ def _uninspected(opened: OpenedRecording) -> list[str]:
                 if len(opened.detections.views.get(name, ())) < opened.video(name).frame_count:
                     names.append(name)
     return names
-
-
-@st.fragment(run_every=0.5)
-def _watch(key: str) -> None:
-    job = shared.jobs().get(key)
-    shown = st.session_state.get(f"{key} shown", 0)
-    if job is None or not job.active or job.results != shown:
-        st.session_state[f"{key} shown"] = 0 if job is None or not job.active else job.results
-        st.rerun()
-    st.progress(job.fraction, text=progress_text(job, "frames"))
-    st.button("Stop", on_click=job.cancel, help="What was done is kept.", icon=":material/stop:")
-
-
-def _detect(job: Job, recording: Recording, name: str, every: int, store: Store) -> None:
-    detect_recording(
-        recording,
-        open_detector(name),
-        store=store,
-        every=every,
-        progress=job.advance,
-        kept=job.keep,
-        cancelled=job.cancelled,
-    )

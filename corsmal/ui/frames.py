@@ -11,6 +11,7 @@ from corsmal.figures.overlay import class_name
 from corsmal.figures.report import Pin
 from corsmal.parameters import CentreRule
 from corsmal.selection import BestFrame
+from corsmal.ui.amounts import measure
 from corsmal.ui.linked_plot import PlotEvent, linked_plot
 from corsmal.ui.messages import guarded
 from corsmal.ui.opened import OpenedRecording
@@ -55,27 +56,16 @@ def score_line(best: BestFrame, frame: int, *, frames: int) -> None:
     if best.score is None:
         left.info(f"{pair}: {best.reason}; {inspected}.", icon=":material/search_off:")
     else:
-        left.metric(
-            f"Best frame of {pair}",
-            best.frame,
-            f"score {best.score.total:,} px, {inspected}",
-            delta_color="off",
-            delta_arrow="off",
-        )
-    middle.metric("Centre rule", best.centre_rule, RULES[best.centre_rule], delta_color="off", delta_arrow="off")
+        measure(left, f"Best frame of {pair}", best.frame, f"score {best.score.total:,} px, {inspected}")
+    measure(middle, "Centre rule", best.centre_rule, RULES[best.centre_rule])
     score = next((item for item in best.scores if item.frame == frame), None)
     if score is None or score.total is None:
         note = "not inspected in both views" if score is None else "no container in both views"
-        right.metric(f"Frame {frame}", "no score", note, delta_color="off", delta_arrow="off")
+        measure(right, f"Frame {frame}", "no score", note)
     else:
         parts = " + ".join(f"N {pixels:,}" for pixels in score.mask_pixels)
-        right.metric(
-            f"Frame {frame}",
-            f"{score.total:,} px",
-            f"{parts} − penalties {2 * sum(score.penalties):,}",
-            delta_color="off",
-            delta_arrow="off",
-        )
+        note = f"{parts} − penalties {2 * sum(score.penalties):,}"
+        measure(right, f"Frame {frame}", f"{score.total:,} px", note)
 
 
 def view_pictures(opened: OpenedRecording, best: BestFrame, frame: int) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from corsmal.errors import CorsmalError
+from corsmal.quantities import duration_text
 
 WORKERS = 2
 """The demo is made beside a detection, not before it."""
@@ -83,12 +84,10 @@ def progress_text(job: Job, unit: str) -> str:
     """What a job does, how far it is and how long it will take."""
     if not job.total:
         return f"{job.label} …"
-    left = job.seconds_left
-    if left is None:
-        time_left = ""
-    else:
-        time_left = f", about {left:.0f} s left" if left < 90 else f", about {left / 60:.0f} min left"
-    return f"{job.label}: {job.done} of {job.total} {unit}{time_left}"
+    left_s = job.seconds_left
+    time_left = "" if left_s is None else f", about {duration_text(left_s)} left"
+    done = f"{100 * job.fraction:.0f} %" if unit == "%" else f"{job.done} of {job.total} {unit}"
+    return f"{job.label}: {done}{time_left}"
 
 
 class Jobs:
@@ -106,6 +105,16 @@ class Jobs:
     def get(self, key: str) -> Job | None:
         """The last job of a key."""
         return self._jobs.get(key)
+
+    def state(self, key: str) -> str:
+        """The state of the last job of a key; empty where there was none."""
+        job = self.get(key)
+        return "" if job is None else job.state
+
+    def is_active(self, key: str) -> bool:
+        """Whether a job of a key waits or runs."""
+        job = self.get(key)
+        return job is not None and job.active
 
     def start(self, key: str, label: str, work: Callable[[Job], None]) -> Job:
         """Start work, or return the job that already does it.
@@ -125,7 +134,14 @@ class Jobs:
 
     def _run(self, job: Job, work: Callable[[Job], None]) -> None:
         with self._free:
-            _do(job, work)
+            job.state, job.started_s = "running", time.monotonic()
+            try:
+                work(job)
+                job.state = "cancelled" if job.cancelled() else "done"
+            except CorsmalError as error:
+                job.problem, job.state = str(error), "failed"
+            except Exception as error:  # noqa: BLE001 - the thread would swallow it: the page must say that the job died
+                job.problem, job.state = f"{job.label} stopped unexpectedly: {error!r}", "failed"
 
     def _stop(self) -> None:
         jobs, deadline_s = list(self._jobs.values()), time.monotonic() + FAREWELL_S
@@ -133,14 +149,3 @@ class Jobs:
             job.cancel()
         while any(job.state == "running" for job in jobs) and time.monotonic() < deadline_s:
             time.sleep(0.05)
-
-
-def _do(job: Job, work: Callable[[Job], None]) -> None:
-    job.state, job.started_s = "running", time.monotonic()
-    try:
-        work(job)
-        job.state = "cancelled" if job.cancelled() else "done"
-    except CorsmalError as error:
-        job.problem, job.state = str(error), "failed"
-    except Exception as error:  # noqa: BLE001 - the thread would swallow it: the page must say that the job died
-        job.problem, job.state = f"{job.label} stopped unexpectedly: {error!r}", "failed"

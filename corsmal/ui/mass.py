@@ -19,7 +19,7 @@ from corsmal.parameters import FRONTAL_VIEW
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame
 from corsmal.ui import session
-from corsmal.ui.amounts import filling_text, grams, mass_error, total
+from corsmal.ui.amounts import filling_text, grams, mass_error, measure, total
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.filling import sound
 from corsmal.ui.linked_plot import Slider, linked_plot
@@ -100,7 +100,7 @@ def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_
         "Object mass": (total(container_g, filling_g), total(*true_g)),
     }
     for column, (label, (value, true)) in zip(st.columns(3), masses.items(), strict=True):
-        column.metric(label, grams(value), mass_error(value, true), delta_color="off", delta_arrow="off")
+        measure(column, label, grams(value), mass_error(value, true))
     text = "unknown, without sound and annotation" if pair is None else f"{filling_text(*pair)}, from {source}"
     if pair is not None and filling_mass_g(*pair, None) is None:
         text += "; the capacity is missing" if capacity_ml is None else f"; capacity {capacity_ml:.0f} mL"

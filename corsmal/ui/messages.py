@@ -1,4 +1,4 @@
-"""What a page says about problems, and what a callback leaves to be said."""
+"""What a page says about problems."""
 
 import re
 from collections.abc import Iterator
@@ -7,8 +7,6 @@ from contextlib import contextmanager
 import streamlit as st
 
 from corsmal.errors import CorsmalError, NotFoundError
-
-WAITING = "message_waiting"
 
 
 @contextmanager
@@ -34,14 +32,3 @@ def show_problem(error: CorsmalError, *, before: str = "") -> None:
 def plain(text: str) -> str:
     """Text for a place that reads Markdown: names of files and what stood in an address are shown as they are."""
     return re.sub(r"([\\`*_{}\[\]()<>#+!|$:~&-])", r"\\\1", text)
-
-
-def say_later(sentence: str) -> None:
-    """Leave a sentence to the page: what a callback shows itself would replace the page's first elements."""
-    st.session_state[WAITING] = sentence
-
-
-def say_what_waits() -> None:
-    """Show the sentence that a callback left."""
-    if (sentence := st.session_state.pop(WAITING, None)) is not None:
-        st.toast(sentence)

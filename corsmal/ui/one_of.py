@@ -20,10 +20,8 @@ def one_of(
         default: chosen at first, and where the earlier choice is no option; default: the first one.
         help_text: what its question mark says.
     """
-    state, kept = st.session_state, f"{key} kept"
-    if state.get(key) not in options:
-        earlier = state.get(kept)
-        state[key] = earlier if earlier in options else default or next(iter(options))
+    if st.session_state.get(key) not in options:
+        st.session_state[key] = default or next(iter(options))
     st.segmented_control(
         label or key,
         list(options),
@@ -32,7 +30,7 @@ def one_of(
         format_func=options.__getitem__,
         label_visibility="visible" if label else "collapsed",
         help=help_text,
+        persist_state="session",
     )
-    chosen: Option = state[key]
-    state[kept] = chosen
+    chosen: Option = st.session_state[key]
     return chosen

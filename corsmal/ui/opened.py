@@ -67,17 +67,8 @@ class OpenedRecording:
     @cached_property
     def detections(self) -> DetectionSet:
         """Files beside the videos, else what the store holds; read again when a job of this server has kept more."""
-        self._seen_job = self._job_state()
-        return self._detections(self._seen_job)
-
-    @property
-    def has_more_detections(self) -> bool:
-        """Whether a job has kept more since the detections were read."""
-        return self._job_state() != self._seen_job
-
-    def _job_state(self) -> object:
         job = shared.jobs().get(self.job_key)
-        return None if job is None else (job.started_s, job.active, job.results)
+        return self._detections(None if job is None else (job.started_s, job.active, job.results))
 
     @cached(32, spinner="Reading the detections")
     def _detections(self, job_state: object) -> DetectionSet:

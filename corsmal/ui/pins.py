@@ -6,7 +6,7 @@ import streamlit as st
 
 from corsmal.errors import CorsmalError
 from corsmal.figures.report import Pin
-from corsmal.ui.messages import plain, say_later, say_what_waits
+from corsmal.ui.messages import plain
 
 KEY = "pins"
 
@@ -33,14 +33,13 @@ def pin_button(label: str, make: Callable[[], list[Pin]], *, key: str) -> None:
         on_click=_pin,  # first of all, whatever else makes the page run again in the meantime
         args=(make,),
     )
-    say_what_waits()
 
 
 def _pin(make: Callable[[], list[Pin]]) -> None:
     try:
         made = make()
     except CorsmalError as error:
-        say_later(plain(str(error)))
+        st.toast(plain(str(error)))
         return
     pins().extend(made)
-    say_later(f"Pinned: {plain('; '.join(pin.title for pin in made))}")
+    st.toast(f"Pinned: {plain('; '.join(pin.title for pin in made))}")

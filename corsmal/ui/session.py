@@ -117,10 +117,10 @@ def _show_problem(problem: str) -> None:
 def _folder_input() -> None:
     if FOLDER not in st.session_state:
         st.session_state[FOLDER] = default_folder()
-    st.session_state[FOLDER] = st.session_state[FOLDER]  # a widget's value is forgotten when a page does not show it
     st.text_input(
         "Dataset folder",
         key=FOLDER,
+        persist_state="session",
         placeholder="/data/corsmal/train",
         help="A folder with view1, view2, view3, audio and an annotation, as the dataset is published.",
     )

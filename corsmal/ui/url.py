@@ -165,34 +165,16 @@ def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
     """
     problems: list[str] = []
     choice = Choice(params.get("recording"))
-
-    def follow(short: str, change: Callable[[Choice, str], Choice]) -> Choice:
-        text = params.get(short)
-        try:
-            return choice if text is None else change(choice, text)
-        except (ValueError, ArgumentError) as error:
-            problems.append(f"The address has {short}={(text or '')[:40]!r}: ignored; {error}.")
-            return choice
-
-    known = {"recording", "preset", *FIELDS, *(parameter.short for parameter in PARAMETERS.values())}
-    unknown = sorted(set(params) - known)
+    unknown = sorted(set(params) - {"recording", *READERS})
     if unknown:
         problems.append(f"The address has unknown parameters: {', '.join(unknown)[:80]!r}.")
-    choice = follow("preset", lambda choice, text: replace(choice, shape=SHAPE_PRESETS[_preset(text)]))
-    for short, (name, parse, _) in FIELDS.items():
-        choice = follow(short, partial(_with, name=name, parse=parse))
-    for name, parameter in PARAMETERS.items():
-        choice = follow(parameter.short, partial(_with_shape, name=name))
+    for short, read in READERS.items():
+        if short in params:
+            try:
+                choice = read(choice, params[short])
+            except (ValueError, ArgumentError) as error:
+                problems.append(f"The address has {short}={params[short][:40]!r}: ignored; {error}.")
     return choice, tuple(problems)
-
-
-def _with(choice: Choice, text: str, *, name: str, parse: Callable[[str], Any]) -> Choice:
-    return replace(choice, **{name: parse(text)})
-
-
-def _with_shape(choice: Choice, text: str, *, name: str) -> Choice:
-    values: dict[str, Any] = {name: PARAMETERS[name].parse(text)}
-    return replace(choice, shape=replace(choice.shape, **values))
 
 
 def _differences(shape: ShapeParameters, preset: ShapeParameters) -> dict[str, Any]:
@@ -209,6 +191,19 @@ def _preset(text: str) -> str:
     if text not in SHAPE_PRESETS:
         raise ArgumentError(f"available presets: {', '.join(SHAPE_PRESETS)}")
     return text
+
+
+def _with(choice: Choice, text: str, *, name: str, parse: Callable[[str], Any]) -> Choice:
+    return replace(choice, **{name: parse(text)})
+
+
+def _with_shape(choice: Choice, text: str, *, name: str) -> Choice:
+    change: dict[str, Any] = {name: PARAMETERS[name].parse(text)}
+    return replace(choice, shape=replace(choice.shape, **change))
+
+
+def _with_preset(choice: Choice, text: str) -> Choice:
+    return replace(choice, shape=SHAPE_PRESETS[_preset(text)])
 
 
 def _pair(text: str) -> Pair:
@@ -233,13 +228,6 @@ def _crop(text: str) -> tuple[float, float]:
     return start_s, end_s
 
 
-def _channel(text: str) -> int:
-    channel = _number(text, whole=True)
-    if not 1 <= channel <= CHANNELS:
-        raise ArgumentError(f"allowed range 1–{CHANNELS}")
-    return int(channel) - 1
-
-
 def _number(text: str, *, whole: bool) -> float:
     try:
         value = float(text)
@@ -255,6 +243,13 @@ FIELDS: dict[str, tuple[str, Callable[[str], Any], Callable[[Any], str]]] = {
     "frame": ("frame", _frame, str),
     "crop": ("crop_s", _crop, lambda crop_s: "-".join(f"{end_s:.2f}" for end_s in crop_s)),
     "estimate": ("estimate", _preset, str),
-    "ch": ("channel", _channel, lambda channel: str(channel + 1)),
+    "ch": ("channel", lambda text: Number("ch", "", 1, CHANNELS, 1).parse(text) - 1, lambda channel: str(channel + 1)),
 }
 """By name in the address: the field of a choice, and how it is read and written."""
+
+READERS: dict[str, Callable[[Choice, str], Choice]] = {
+    "preset": _with_preset,
+    **{short: partial(_with, name=name, parse=parse) for short, (name, parse, _) in FIELDS.items()},
+    **{parameter.short: partial(_with_shape, name=name) for name, parameter in PARAMETERS.items()},
+}
+"""By name in the address, in the order in which they are read: a choice after the parameter's text."""

@@ -120,10 +120,10 @@ def test_progress_counts_recordings_and_work_and_says_how_long(monkeypatch: pyte
     visitor = Visitor()
     visitor.press(demo.MAKE)
     visitor.wait_for(lambda visitor: "%" in "".join(visitor.progress))
-    assert visitor.progress == ["Making the demo, 7 of 30 recordings: 25 of 100 %"]
+    assert visitor.progress == ["Making the demo, 7 of 30 recordings: 25 %"]
     gates[0].set()
     visitor.wait_for(lambda visitor: "left" in "".join(visitor.progress))
-    assert visitor.progress == ["Making the demo, 7 of 30 recordings: 25 of 100 %, about 2 min left"]
+    assert visitor.progress == ["Making the demo, 7 of 30 recordings: 25 %, about 2 min left"]
     gates[1].set()
 
 

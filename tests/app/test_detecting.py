@@ -31,7 +31,8 @@ class FakeDetector:
     weights: tuple[object, ...] = ()
     gate = threading.Event()
 
-    def __init__(self, *weights: object) -> None:
+    def __init__(self, *weights: object, device: str | None = None) -> None:
+        del device
         type(self).weights = weights
 
     def detect(self, frames: Sequence[Any]) -> list[Detections]:

@@ -32,7 +32,7 @@ def test_a_forecast_takes_the_place_of_the_pace_so_far():
     assert job.seconds_left == pytest.approx(30, abs=1)
     job.forecast(None)
     assert job.seconds_left is None
-    assert progress_text(job, "%") == "Making: 1 of 4 %"
+    assert progress_text(job, "%") == "Making: 25 %"
     job.forecast(60)
     assert job.seconds_left == pytest.approx(60, abs=1)
     job.forecast(-5)

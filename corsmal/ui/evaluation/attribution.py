@@ -12,16 +12,17 @@ from corsmal.figures.heatmaps import blame_figure
 from corsmal.runs.attribution import STAGES, attribute_run, known_stages, load_attribution
 from corsmal.runs.run import Run
 from corsmal.ui import shared
-from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.downloads import downloads
-from corsmal.ui.evaluation.run_tables import METRIC_NAMES
-from corsmal.ui.evaluation.runs import follow
+from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
+from corsmal.ui.following import follow
 from corsmal.ui.jobs import Job
 from corsmal.ui.linked_plot import linked_plot
+from corsmal.ui.one_of import one_of
 
 
-def attribution_section(run: Run, dataset: Dataset) -> None:
+def attribution_section(judged: Judged) -> None:
     """How much of each error goes away with each stage's mistakes."""
+    run, dataset = judged.run, judged.dataset
     key = f"attribution {run.key}"
     if follow(key):
         return
@@ -30,7 +31,7 @@ def attribution_section(run: Run, dataset: Dataset) -> None:
         _offer(key, run, dataset)
         return
     replaced = {stage: estimates_table(found) for stage, found in rows.items()}
-    table = attribution_table(run.table, replaced, dataset.table, protocol=run_tables.protocol())
+    table = attribution_table(run.table, replaced, dataset.table, protocol=judged.protocol)
     changed = table[table["stage"] != AS_IT_IS]
     st.markdown(
         "How much of the error goes away when one stage is **replaced by the truth**: 100 % when nothing is left of "
@@ -49,19 +50,12 @@ def attribution_section(run: Run, dataset: Dataset) -> None:
         height_px=100 + 44 * changed["stage"].nunique(),
         revision=run.name,
     )
-    metric = st.segmented_control(
-        "By container",
-        list(METRICS),
-        default="capacity_mape",
-        required=True,
-        format_func=METRIC_NAMES.__getitem__,
-        key="attribution_metric",
-    )
+    metric = one_of("By container", METRIC_NAMES, key="attribution_metric", default="capacity_mape")
     by_container = changed[changed["container"] != AVERAGE]
     linked_plot(
         blame_figure(by_container, rows="container", columns="stage", value=f"{metric}_removed", label="removed"),
         key="attribution_containers",
-        label=f"Part of the error in {METRIC_NAMES[str(metric)]} that goes away, by container",
+        label=f"Part of the error in {METRIC_NAMES[metric]} that goes away, by container",
         height_px=90 + 30 * by_container["container"].nunique(),
         revision=f"{run.name} {metric}",
     )
@@ -73,11 +67,8 @@ def attribution_section(run: Run, dataset: Dataset) -> None:
 
 def _long(averages: pd.DataFrame) -> pd.DataFrame:
     """A row per stage and metric."""
-    parts = [
-        averages[["stage"]].assign(metric=METRIC_NAMES[metric], removed=averages[f"{metric}_removed"])
-        for metric in METRICS
-    ]
-    return pd.concat(parts, ignore_index=True)
+    named = averages.rename(columns={f"{metric}_removed": METRIC_NAMES[metric] for metric in METRICS})
+    return named.melt("stage", list(METRIC_NAMES.values()), var_name="metric", value_name="removed")
 
 
 def _offer(key: str, run: Run, dataset: Dataset) -> None:
@@ -91,7 +82,6 @@ def _offer(key: str, run: Run, dataset: Dataset) -> None:
         store = shared.store()
 
         def work(job: Job) -> None:
-            job.advance(0, len(run.rows))
             attribute_run(
                 run,
                 dataset,

@@ -2,23 +2,22 @@
 
 import streamlit as st
 
-from corsmal.dataset import Dataset
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.figures.evaluation import comparison_figure
 from corsmal.runs.run import Run
-from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.downloads import downloads
+from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged, runs
 from corsmal.ui.evaluation.links import clicked_row
-from corsmal.ui.evaluation.run_tables import METRIC_NAMES
 from corsmal.ui.linked_plot import linked_plot, plot_event
 
 METRIC = "comparison_metric"
 THRESHOLD_PERCENT = 20.0
 
 
-def comparison_section(run: Run, dataset: Dataset) -> None:
+def comparison_section(judged: Judged) -> None:
     """The chosen run against an earlier one."""
-    others = {other.name: other for other in run_tables.runs(dataset) if other.name != run.name and other.rows}
+    run = judged.run
+    others = {other.name: other for other in runs(judged.dataset) if other.name != run.name and other.rows}
     if not others:
         st.info(
             "There is one run on this dataset. Make a second one with other parameters or weights (*New run*, above), "
@@ -30,7 +29,7 @@ def comparison_section(run: Run, dataset: Dataset) -> None:
         f"Is {run.name} better than", list(others), key="comparison_other", format_func=lambda each: f"{each} ?"
     )
     first = others[str(name)]
-    table = run_tables.comparison(first, run, dataset)
+    table = judged.compared_with(first)
     metrics = list(dict.fromkeys(table["metric"]))
     click = plot_event("comparison").click
     if click is not None:
@@ -64,10 +63,10 @@ def comparison_section(run: Run, dataset: Dataset) -> None:
         "zero is better."
     )
     downloads(table, name=f"{first.name}_{run.name}")
-    _changed(first, run, dataset)
+    _changed(first, judged)
 
 
-def _changed(first: Run, run: Run, dataset: Dataset) -> None:
+def _changed(first: Run, judged: Judged) -> None:
     threshold = st.slider(
         "A quantity is right when its error is at most (%)",
         1.0,
@@ -77,7 +76,7 @@ def _changed(first: Run, run: Run, dataset: Dataset) -> None:
         format="%d",
         key="sides_threshold",
     )
-    changed = run_tables.sides(first, run, dataset, threshold_percent=threshold)
+    changed = judged.changed_from(first, threshold_percent=threshold)
     counts = changed["change"].value_counts()
     st.subheader(f"Changed sides: {counts.get('better', 0)} numbers became right, {counts.get('worse', 0)} wrong")
     if changed.empty:
@@ -85,6 +84,7 @@ def _changed(first: Run, run: Run, dataset: Dataset) -> None:
         return
     order = changed.sort_values(["change", "metric"], ascending=[False, True], kind="stable")
     shown = order.drop(columns="container_id").assign(metric=order["metric"].map(METRIC_NAMES))
-    shown = shown.rename(columns={"first": first.name, "second": run.name})
+    shown = shown.rename(columns={"first": first.name, "second": judged.run.name})
     st.caption("Click a row to open the recording on the page of its stage, with this run's parameters.")
-    clicked_row(shown, run=run, metric=list(order["metric"]), key=f"changed {first.name} {run.name} {threshold}")
+    key = f"changed {first.name} {judged.run.name} {threshold}"
+    clicked_row(shown, run=judged.run, metric=list(order["metric"]), key=key)

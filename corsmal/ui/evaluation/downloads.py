@@ -10,6 +10,8 @@ from corsmal.dataset import Dataset
 from corsmal.evaluation import ENDINGS, TABLE_FORMATS, export_table, submission_csv, submission_table
 from corsmal.evaluation.exporting import TableFormat
 from corsmal.runs.run import Run
+from corsmal.ui.download_buttons import download_buttons
+from corsmal.ui.evaluation.judged import Judged
 
 NAMES: dict[TableFormat, str] = {"csv": "CSV", "latex": "LaTeX", "html": "HTML", "markdown": "Markdown"}
 
@@ -17,24 +19,17 @@ Exporter = Callable[..., str]
 """Such as ``export_table``: a table and its ``table_format`` to text."""
 
 
-def submission(run: Run, dataset: Dataset) -> None:
+def submission(judged: Judged) -> None:
     """Buttons for the estimates themselves and for the challenge's file, with a row for every recording."""
-    left, right = st.columns(2)
-    left.download_button(
-        "Estimates as CSV",
-        partial(estimates_file, run),
-        f"{run.name}_estimates.csv",
-        icon=":material/table:",
-        on_click="ignore",
-        width="stretch",
-    )
-    right.download_button(
-        "The challenge's submission file",
-        partial(submission_file, run, dataset),
-        f"{run.name}_submission.csv",
-        icon=":material/upload_file:",
-        on_click="ignore",
-        width="stretch",
+    run = judged.run
+    download_buttons(
+        {
+            "Estimates as CSV": (f"{run.name}_estimates.csv", partial(estimates_file, run)),
+            "The challenge's submission file": (
+                f"{run.name}_submission.csv",
+                partial(submission_file, run, judged.dataset),
+            ),
+        }
     )
 
 
@@ -60,18 +55,8 @@ def notes(sentences: tuple[str, ...]) -> None:
 
 def downloads(table: pd.DataFrame, *, name: str, export: Exporter = export_table) -> None:
     """Buttons for a table in every format."""
-    columns = st.columns(len(TABLE_FORMATS))
-    for column, table_format in zip(columns, TABLE_FORMATS, strict=True):
-        column.download_button(
-            NAMES[table_format],
-            partial(_exported, export, table, table_format),
-            f"{name}{ENDINGS[table_format]}",
-            key=f"download {name} {table_format}",
-            icon=":material/download:",
-            on_click="ignore",
-            width="stretch",
-        )
 
+    def content(table_format: TableFormat) -> bytes:
+        return export(table, table_format=table_format).encode()
 
-def _exported(export: Exporter, table: pd.DataFrame, table_format: TableFormat) -> bytes:
-    return export(table, table_format=table_format).encode()
+    download_buttons({NAMES[each]: (f"{name}{ENDINGS[each]}", partial(content, each)) for each in TABLE_FORMATS})

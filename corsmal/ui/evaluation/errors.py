@@ -3,16 +3,13 @@
 import pandas as pd
 import streamlit as st
 
-from corsmal.dataset import Dataset
-from corsmal.evaluation import METRICS, confusion_tables, metric_of, paper_table_2, recordings_confused
+from corsmal.evaluation import METRICS, confusion_tables, container_table, metric_of, paper_table_2, recordings_confused
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE
 from corsmal.figures.evaluation import spread_figure
 from corsmal.figures.heatmaps import confusion_figure
 from corsmal.quantities import BY_NAME
-from corsmal.runs.run import Run
-from corsmal.ui.evaluation import run_tables
-from corsmal.ui.evaluation.links import Focus, focus, focus_container, open_recording, recordings_list
-from corsmal.ui.evaluation.run_tables import METRIC_NAMES
+from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
+from corsmal.ui.evaluation.links import FOCUS, Focus, focus_container, open_recording, recordings_list
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.one_of import one_of
 
@@ -20,9 +17,9 @@ SPREAD, CONFUSION = "errors", "confusion"
 CLASSES = {"filling_type": "Filling type", "filling_level": "Filling level"}
 
 
-def spread_section(run: Run, dataset: Dataset) -> None:
+def spread_section(judged: Judged) -> None:
     """One metric by container, the worst first, with the error of every recording."""
-    errors = run_tables.errors(run, dataset)
+    run, errors = judged.run, judged.errors()
     known = [metric for metric in METRICS if pd.notna(metric_of(errors, metric))]
     if not known:
         st.info("No estimate of this run can be compared with the annotation.", icon=":material/info:")
@@ -35,7 +32,7 @@ def spread_section(run: Run, dataset: Dataset) -> None:
         if click.customdata in errors.index:
             open_recording(run, click.customdata, metric=metric)
         focus_container(errors, section=SPREAD, metric=metric, container=click.customdata)
-    bars = _bars(run_tables.containers(run, dataset), metric)
+    bars = _bars(container_table(errors), metric)
     points = None if is_class else errors[["container", "failed"]].assign(error=errors[METRICS[metric]])
     linked_plot(
         spread_figure(bars, points, metric=f"{METRIC_NAMES[metric]}, {'MPF1' if is_class else 'MAPE'}", unit="%"),
@@ -48,12 +45,12 @@ def spread_section(run: Run, dataset: Dataset) -> None:
         "The worst container first. Click a bar to list its recordings"
         + ("." if is_class else ", a point to open that recording on the page of its stage. Right of zero: too large.")
     )
-    recordings_list(run, dataset, section=SPREAD, errors=errors)
+    recordings_list(judged, section=SPREAD)
 
 
-def confusion_section(run: Run, dataset: Dataset) -> None:
+def confusion_section(judged: Judged) -> None:
     """Fig. 3: which class is predicted for which, by cup, glass and box."""
-    errors = run_tables.errors(run, dataset)
+    run, errors = judged.run, judged.errors()
     quantity = one_of("Classes", CLASSES, key="confusion_quantity")
     tables = {kind: table for kind, table in confusion_tables(errors, quantity).items() if table.to_numpy().any()}
     if not tables:
@@ -72,7 +69,7 @@ def confusion_section(run: Run, dataset: Dataset) -> None:
                 errors, quantity, kind=kind, true_class=rows.index(click.y), predicted_class=predicted
             )
             title = f"{kind}, {click.y} taken for {click.x}"
-            focus(Focus(CONFUSION, title, BY_NAME[quantity].metric, tuple(behind.index)))
+            st.session_state[FOCUS] = Focus(CONFUSION, title, BY_NAME[quantity].metric, tuple(behind.index))
     linked_plot(
         confusion_figure(tables),
         key="confusion",
@@ -81,7 +78,7 @@ def confusion_section(run: Run, dataset: Dataset) -> None:
         revision=f"{run.name} {quantity}",
     )
     st.caption("Counts of recordings; colours are shares of the true class. Click a cell to list its recordings.")
-    recordings_list(run, dataset, section=CONFUSION, errors=errors)
+    recordings_list(judged, section=CONFUSION)
 
 
 def _bars(table: pd.DataFrame, metric: str) -> pd.DataFrame:

@@ -6,18 +6,19 @@ from typing import Any
 import pandas as pd
 import streamlit as st
 
-from corsmal.dataset import Dataset
 from corsmal.evaluation import METRICS, recordings_behind
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.parameters import PAIRS
-from corsmal.quantities import BY_METRIC
+from corsmal.quantities import BY_METRIC, QUANTITIES
 from corsmal.runs.run import Run
 from corsmal.ui import session
-from corsmal.ui.evaluation.run_tables import METRIC_NAMES, STAGE_PAGES
+from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.messages import plain
 
 FOCUS = "evaluation_focus"
-STAGES = {"frames": "Frames", "shape": "Shape", "filling": "Filling", "mass": "Mass"}
+STAGE_PAGES = {quantity.metric: quantity.stage for quantity in QUANTITIES} | {"failures": "frames"}
+"""The page of the stage that a number comes from."""
+
 COLUMNS = {
     "error": st.column_config.NumberColumn(format="%+.1f %%"),
     "estimated": st.column_config.NumberColumn(format="%.1f"),
@@ -49,29 +50,25 @@ def focus_container(errors: pd.DataFrame, *, section: str, metric: str, containe
     behind = recordings_behind(rows, metric)
     what = "Failures" if metric == "failures" else METRIC_NAMES[metric]
     title = f"{what}, {container or 'all containers'}"
-    focus(Focus(section, title, metric, tuple(behind.index)))
+    st.session_state[FOCUS] = Focus(section, title, metric, tuple(behind.index))
 
 
-def focus(value: Focus) -> None:
-    """Look at the recordings behind a number."""
-    st.session_state[FOCUS] = value
-
-
-def recordings_list(run: Run, dataset: Dataset, *, section: str, errors: pd.DataFrame) -> None:
+def recordings_list(judged: Judged, *, section: str) -> None:
     """The recordings behind the number that was clicked in a section; a click on one opens it."""
     found: Focus | None = st.session_state.get(FOCUS)
     if found is None or found.section != section:
         return
+    errors = judged.errors()
     ids = [name for name in found.recordings if name in errors.index]
     page = STAGE_PAGES[found.metric]
     st.subheader(f"{plain(found.title)}: {len(ids)} recording{'' if len(ids) == 1 else 's'}")
     if not ids:
         st.caption("None.")
         return
-    where = "the page where it failed" if found.metric == "failures" else f"the *{STAGES[page]}* page"
+    where = "the page where it failed" if found.metric == "failures" else f"the *{page.capitalize()}* page"
     st.caption(f"The worst first. Click a row to open the recording on {where}, with this run's parameters.")
-    shown = behind_table(run, dataset, errors.loc[ids], metric=found.metric)
-    clicked_row(shown, run=run, metric=found.metric, key=f"behind {section} {found.title}")
+    shown = behind_table(judged, errors.loc[ids], metric=found.metric)
+    clicked_row(shown, run=judged.run, metric=found.metric, key=f"behind {section} {found.title}")
 
 
 def clicked_row(table: pd.DataFrame, *, run: Run, metric: str | list[str], key: str, height: int | None = None) -> None:
@@ -103,10 +100,10 @@ def clicked_row(table: pd.DataFrame, *, run: Run, metric: str | list[str], key: 
         open_recording(run, ids[row], metric=own or (metric if isinstance(metric, str) else metric[row]))
 
 
-def behind_table(run: Run, dataset: Dataset, errors: pd.DataFrame, *, metric: str) -> pd.DataFrame:
+def behind_table(judged: Judged, errors: pd.DataFrame, *, metric: str) -> pd.DataFrame:
     """What a metric is made from, recording by recording."""
-    estimates = run.table.set_index("recording_id").loc[errors.index]
-    truth = dataset.table.loc[errors.index]
+    estimates = judged.run.table.set_index("recording_id").loc[errors.index]
+    truth = judged.dataset.table.loc[errors.index]
     columns: dict[str, Any] = {"container": errors["container"]}
     quantity = BY_METRIC.get(metric)
     name = "" if quantity is None else quantity.name

@@ -1,33 +1,32 @@
 """The report of a run: its tables, the views that were pinned, and the parameters, in one file."""
 
 from dataclasses import asdict
+from functools import partial
 
 import pandas as pd
 import streamlit as st
 
-from corsmal.dataset import Dataset
 from corsmal.evaluation import STAMPS, comparison_note, table_2_texts
 from corsmal.evaluation.typesetting import UNLIKE
 from corsmal.figures.report import report_html
-from corsmal.runs.run import Run
-from corsmal.ui.evaluation import run_tables
+from corsmal.ui.download_buttons import download_buttons
+from corsmal.ui.evaluation.judged import Judged
 from corsmal.ui.messages import plain
 from corsmal.ui.pins import pins
 
 
-def report_section(run: Run, dataset: Dataset) -> None:
+def report_section(judged: Judged) -> None:
     """What goes into the report, and its download."""
     st.caption(
         "One HTML file that opens without a network: the tables of this run, what was pinned on the other pages, and "
         "the parameters. Nothing is sent anywhere."
     )
-    found, protocol = run_tables.split(dataset), run_tables.protocol()
-    cells = run_tables.cells(run, dataset)
-    scores = run_tables.scores(run, dataset, split=found.split)
+    run, found, protocol, cells = judged.run, judged.split, judged.protocol, judged.cells()
+    scores = judged.scores(found.split)
     sentences = [
         comparison_note(cells),
         "" if found.split == "train" else UNLIKE,
-        *run_tables.errors(run, dataset).attrs["notes"],
+        *judged.errors().attrs["notes"],
     ]
     tables = {
         f"By container ({protocol}): number [95 % interval], recordings, failures": table_2_texts(cells),
@@ -37,7 +36,7 @@ def report_section(run: Run, dataset: Dataset) -> None:
     }
     parameters = {
         "run": run.name,
-        "dataset": dataset.root.name,
+        "dataset": judged.dataset.root.name,
         **run.facts(),
         "protocol": protocol,
         "files": run.data_digest,
@@ -52,18 +51,8 @@ def report_section(run: Run, dataset: Dataset) -> None:
     for index, pin in enumerate(chosen):
         left, right = st.columns([8, 1], vertical_alignment="center")
         left.markdown(f":material/push_pin: {plain(pin.title)}")
-        right.button("Remove", key=f"unpin_{index}", on_click=_remove, args=(index,), icon=":material/close:")
-    st.download_button(
-        "Download report (HTML)",
-        lambda: report_html(
-            f"Run {run.name}", banner=STAMPS[protocol], tables=tables, pins=chosen, parameters=parameters
-        ).encode(),
-        "report.html",
-        "text/html",
-        icon=":material/download:",
-        on_click="ignore",
+        right.button("Remove", key=f"unpin_{index}", on_click=chosen.remove, args=(pin,), icon=":material/close:")
+    report = partial(
+        report_html, f"Run {run.name}", banner=STAMPS[protocol], tables=tables, pins=chosen, parameters=parameters
     )
-
-
-def _remove(index: int) -> None:
-    del pins()[index]
+    download_buttons({"Download report (HTML)": ("report.html", lambda: report().encode())})

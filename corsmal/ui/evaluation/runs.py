@@ -18,10 +18,12 @@ from corsmal.stages.settings import (
     left_out_note,
 )
 from corsmal.ui import session, shared
-from corsmal.ui.detecting import DETECTORS
-from corsmal.ui.evaluation import run_tables
-from corsmal.ui.jobs import Job, progress_text
+from corsmal.ui.detecting import detector_control
+from corsmal.ui.evaluation.judged import runs
+from corsmal.ui.following import follow
+from corsmal.ui.jobs import Job
 from corsmal.ui.messages import guarded, plain
+from corsmal.ui.one_of import one_of
 from corsmal.weights import find_weights
 
 RUN = "evaluation_run"
@@ -30,12 +32,10 @@ OWN = "as on the Shape page"
 
 def chosen_run(dataset: Dataset) -> Run | None:
     """The run that is shown, under the controls for it; None while there is none."""
-    found = run_tables.runs(dataset)
-    key = job_key(dataset)
-    job = shared.jobs().get(key)
-    is_running = job is not None and job.active
-    if not found:
-        _without_runs(dataset, is_running=is_running)
+    found, key = runs(dataset), job_key(dataset)
+    is_running = shared.jobs().is_active(key)
+    if not found and not is_running:
+        _without_runs(dataset)
     run = _picker(dataset, found) if found else None
     follow(key)
     if run is not None:
@@ -48,41 +48,7 @@ def job_key(dataset: Dataset) -> str:
     return f"evaluate {dataset.root}"
 
 
-def follow(key: str) -> bool:
-    """Show how far a job on recordings is, or why it failed.
-
-    Returns:
-        Whether it is running; the page is run again when it ends.
-    """
-    job = shared.jobs().get(key)
-    if job is not None and job.active:
-        _watch(key)
-        return True
-    if job is not None and job.state == "failed":
-        st.error(plain(job.problem), icon=":material/error:")
-    return False
-
-
-@st.fragment(run_every=0.5)
-def _watch(key: str) -> None:
-    job = shared.jobs().get(key)
-    if job is None or not job.active:
-        st.rerun()
-    left, right = st.columns([5, 1], vertical_alignment="bottom")
-    left.progress(job.fraction, text=progress_text(job, "recordings"))
-    right.button(
-        "Stop",
-        key=f"stop {key}",
-        on_click=job.cancel,
-        help="What was done is kept.",
-        icon=":material/stop:",
-        width="stretch",
-    )
-
-
-def _without_runs(dataset: Dataset, *, is_running: bool) -> None:
-    if is_running:
-        return
+def _without_runs(dataset: Dataset) -> None:
     st.info(
         "There is no run on this dataset yet. A run estimates everything about many recordings and is kept under a "
         "name, with its parameters and the digests of weights and files. Runs made by `python -m corsmal estimate` are "
@@ -115,8 +81,8 @@ def _picker(dataset: Dataset, found: list[Run]) -> Run:
         st.button(
             "Update",
             icon=":material/refresh:",
-            on_click=_resume,
-            args=(dataset, run),
+            on_click=start,
+            args=_resumed(dataset, run),
             width="stretch",
             help="Detects and estimates again where files or detections are new; the rest is read from the store.",
         )
@@ -139,20 +105,18 @@ def _about(dataset: Dataset, run: Run, *, is_running: bool) -> None:
         f"This run is incomplete: {len(run.rows)} of {len(run.recordings)} recordings are estimated.",
         icon=":material/pause_circle:",
     )
-    right.button("Resume", icon=":material/play_arrow:", on_click=_resume, args=(dataset, run), width="stretch")
+    right.button("Resume", icon=":material/play_arrow:", on_click=start, args=_resumed(dataset, run), width="stretch")
 
 
 def _new_run(dataset: Dataset, taken: list[str]) -> None:
     presets: dict[str, ShapeParameters] = dict(SHAPE_PRESETS)
     if not session.choice().is_preset:
         presets[OWN] = session.choice().shape
-    preset = st.segmented_control(
-        "Parameters of the fit", list(presets), default="paper", required=True, key="run_preset"
-    )
-    free = next(name for name in numbered_names(str(preset)) if name not in taken)
+    preset = one_of("Parameters of the fit", {name: name for name in presets}, key="run_preset")
+    free = next(name for name in numbered_names(preset) if name not in taken)
     name = st.text_input("Name", free, max_chars=60, key=f"run_name {preset} {len(taken)}")
     ids = _recordings_control(dataset)
-    detector = _detector_control(dataset[ids[0]] if ids else None)
+    detector = detector_settings(dataset[ids[0]] if ids else None)
     for weights in (find_weights("filling"), find_weights("mass")):
         if not weights.path.is_file():
             st.caption(
@@ -160,12 +124,11 @@ def _new_run(dataset: Dataset, taken: list[str]) -> None:
                 f"The run leaves out its estimates; train it with `python -m corsmal train {weights.kind} ROOT RUN` "
                 f"and name it in `CORSMAL_{weights.kind.upper()}_WEIGHTS`."
             )
-    settings = default_settings(dataset, shape=presets[str(preset)], detector=detector)
+    settings = default_settings(dataset, shape=presets[preset], detector=detector)
     left_out = left_out_note(dataset, settings)
     if left_out:
         st.caption(f":material/info: {plain(left_out)}")
-    job = shared.jobs().get(job_key(dataset))
-    is_running = job is not None and job.active
+    is_running = shared.jobs().is_active(job_key(dataset))
     if st.button("Run", type="primary", icon=":material/play_arrow:", disabled=not ids or is_running, key="start_run"):
         st.session_state[RUN] = name.strip()
         start(dataset, name, ids, settings)
@@ -176,22 +139,14 @@ def _new_run(dataset: Dataset, taken: list[str]) -> None:
 
 def _recordings_control(dataset: Dataset) -> list[str]:
     filmed = [recording.id for recording in dataset if any(name in recording.views for name in METHOD_VIEWS)]
-    groups = {"with a video": filmed, "all that are known": list(dataset.ids)}
-    if len(filmed) == len(dataset):
-        groups.pop("all that are known")
-    groups["the chosen one"] = [str(session.choice().recording)]
-    group = st.segmented_control(
-        "Recordings",
-        list(groups),
-        default="with a video",
-        required=True,
-        key="run_recordings",
-        format_func=lambda name: f"{name} ({len(groups[name])})",
-    )
-    return groups[str(group)]
+    others = {} if len(filmed) == len(dataset) else {"all that are known": list(dataset.ids)}
+    groups = {"with a video": filmed, **others, "the chosen one": [str(session.choice().recording)]}
+    labels = {name: f"{name} ({len(ids)})" for name, ids in groups.items()}
+    return groups[one_of("Recordings", labels, key="run_recordings")]
 
 
-def _detector_control(example: Recording | None) -> DetectorSettings | None:
+def detector_settings(example: Recording | None) -> DetectorSettings | None:
+    """Choose the detector for recordings without detections; at first on for synthetic recordings, as ``example``."""
     is_demo = example is not None and example.is_synthetic
     if not st.toggle(
         "Run the detector on recordings without detections",
@@ -201,15 +156,7 @@ def _detector_control(example: Recording | None) -> DetectorSettings | None:
         "no detections fails. From a terminal: `python -m corsmal detect ROOT`, for the demo with `--demo-weights`.",
     ):
         return None
-    names = list(DETECTORS)
-    method = st.selectbox(
-        "Detector",
-        names,
-        names.index("demo" if is_demo else "coco"),
-        format_func=DETECTORS.__getitem__,
-        key="run_detector",
-    )
-    return find_detector("demo" if method == "demo" else "coco")
+    return find_detector(detector_control(is_synthetic=is_demo, key="run_detector"))
 
 
 def start(dataset: Dataset, name: str, ids: Sequence[str], settings: EstimateSettings) -> None:
@@ -217,7 +164,6 @@ def start(dataset: Dataset, name: str, ids: Sequence[str], settings: EstimateSet
     store = shared.store()
 
     def work(job: Job) -> None:
-        job.advance(0, len(ids))
         make_run(
             name,
             dataset,
@@ -232,8 +178,8 @@ def start(dataset: Dataset, name: str, ids: Sequence[str], settings: EstimateSet
     shared.jobs().start(job_key(dataset), f"Run {plain(name)}", work)
 
 
-def _resume(dataset: Dataset, run: Run) -> None:
-    start(dataset, run.name, run.recordings, run.settings)
+def _resumed(dataset: Dataset, run: Run) -> tuple[Dataset, str, Sequence[str], EstimateSettings]:
+    return dataset, run.name, run.recordings, run.settings
 
 
 def _delete(run: Run) -> None:

@@ -12,21 +12,21 @@ from corsmal.figures.heatmaps import sweep_figure
 from corsmal.runs.run import Run
 from corsmal.runs.sweep import SETTINGS, Grid, load_sweep, sweep_run
 from corsmal.ui import session, shared
-from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.downloads import downloads
-from corsmal.ui.evaluation.run_tables import METRIC_NAMES
-from corsmal.ui.evaluation.runs import follow
+from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
+from corsmal.ui.following import follow
 from corsmal.ui.jobs import Job
 from corsmal.ui.linked_plot import linked_plot, plot_event
+from corsmal.ui.one_of import one_of
 
 CIRCUMFERENCES = (40, 70, 100, 145, 180, 220, 260, 320, 400, 500)
 MAX_DIFFERENCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
 RECORDINGS_MAX = 30
 
 
-def sweep_section(run: Run, dataset: Dataset) -> None:
+def sweep_section(judged: Judged) -> None:
     """A heat map of errors over settings; a click on a cell takes the setting to the Shape page."""
-    ids = _chosen_ids(run, dataset)
+    run, dataset, ids = judged.run, judged.dataset, _chosen_ids(judged)
     left, right = st.columns(2)
     counts = left.multiselect("L, circumferences", CIRCUMFERENCES, CIRCUMFERENCES, key="sweep_circumferences")
     steps_mm = right.multiselect("d_max (mm)", MAX_DIFFERENCES_MM, MAX_DIFFERENCES_MM, key="sweep_max_differences")
@@ -43,23 +43,17 @@ def sweep_section(run: Run, dataset: Dataset) -> None:
         return
     label = f"Sweep {len(counts) * len(steps_mm)} settings over {len(ids)} recordings"
     if st.button(label, type="primary", icon=":material/grid_on:", key="start_sweep"):
-        start(key, run, dataset, grid)
+        store = shared.store()
+
+        def work(job: Job) -> None:
+            sweep_run(run, dataset, grid, store=store, progress=job.advance, cancelled=job.cancelled)
+
+        shared.jobs().start(key, "Sweeping", work)
         st.rerun()
 
 
-def start(key: str, run: Run, dataset: Dataset, grid: Grid) -> None:
-    """Begin a sweep in the background; its rows are there for every session when it ends."""
-    store = shared.store()
-
-    def work(job: Job) -> None:
-        job.advance(0, len(grid.recordings))
-        sweep_run(run, dataset, grid, store=store, progress=job.advance, cancelled=job.cancelled)
-
-    shared.jobs().start(key, "Sweeping", work)
-
-
-def _chosen_ids(run: Run, dataset: Dataset) -> list[str]:
-    errors = run_tables.errors(run, dataset)
+def _chosen_ids(judged: Judged) -> list[str]:
+    errors = judged.errors()
     is_measured = errors["status"].str.startswith("fitted") & errors["capacity_error_percent"].notna()
     measured = [str(name) for name in errors.index[is_measured]]
     if not measured:
@@ -72,7 +66,7 @@ def _chosen_ids(run: Run, dataset: Dataset) -> list[str]:
         "Recordings",
         measured,
         measured[:: -(-len(measured) // RECORDINGS_MAX)] if measured else [],
-        key=f"sweep_recordings {run.name}",
+        key=f"sweep_recordings {judged.run.name}",
         help=f"At first up to {RECORDINGS_MAX} of those that were fitted, spread over the run.",
     )
 
@@ -81,9 +75,7 @@ def _heat_map(rows: pd.DataFrame, dataset: Dataset, run: Run) -> None:
     table = sweep_table(rows, dataset.table, settings=SETTINGS)
     table["mean_mape"] = table[list(MEASURED.values())].mean(axis=1)
     names = {"mean_mape": "Mean of the four"} | {metric: METRIC_NAMES[metric] for metric in MEASURED.values()}
-    metric = st.segmented_control(
-        "Error of", list(names), default="mean_mape", required=True, format_func=names.__getitem__, key="sweep_metric"
-    )
+    metric = one_of("Error of", names, key="sweep_metric")
     click = plot_event("sweep").click
     if click is not None and isinstance(click.customdata, list) and len(click.customdata) == len(SETTINGS) + 2:
         count, step_mm = click.customdata[:2]
@@ -92,12 +84,12 @@ def _heat_map(rows: pd.DataFrame, dataset: Dataset, run: Run) -> None:
     shape = session.choice().shape
     linked_plot(
         sweep_figure(
-            table, metric=str(metric), label=names[str(metric)], current=(shape.circumferences, shape.max_difference_mm)
+            table, metric=metric, label=names[metric], current=(shape.circumferences, shape.max_difference_mm)
         ),
         key="sweep",
-        label=f"Error of {names[str(metric)]} over L and d_max",
+        label=f"Error of {names[metric]} over L and d_max",
         height_px=460,
-        revision=str(metric),
+        revision=metric,
     )
     st.caption(
         f"MAPE in % over {rows['recording_id'].nunique()} recordings; those that cannot be measured with a setting are "

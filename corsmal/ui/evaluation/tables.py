@@ -1,5 +1,6 @@
 """The tables of the Evaluation page, Table 2 and that of every recording, and their downloads."""
 
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from typing import Any
@@ -9,16 +10,13 @@ import pandas as pd
 import streamlit as st
 from pandas.io.formats.style import Styler
 
-from corsmal.dataset import Dataset
-from corsmal.evaluation import METRICS, PROTOCOLS, comparison_note, typeset_table_2
+from corsmal.evaluation import METRICS, PROTOCOLS, comparison_note, container_table, typeset_table_2
 from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.evaluation.typesetting import TITLES, UNLIKE
-from corsmal.runs.run import Run
-from corsmal.ui.evaluation import run_tables
 from corsmal.ui.evaluation.downloads import downloads, submission
+from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.evaluation.links import clicked_row, focus_container, recordings_list
-from corsmal.ui.evaluation.run_tables import METRIC_NAMES
 from corsmal.ui.one_of import one_of
 
 SECTION = "table"
@@ -28,28 +26,27 @@ WORST_PERCENT = 60.0
 
 SHORT = {"width_top_mape": "Top", "width_bottom_mape": "Bottom"}
 SIDES = {
-    "difference": "difference to the paper",
-    "published": "published number",
-    "interval": "95 % interval",
-    "counts": "recordings (failed)",
-    "nothing": "nothing",
+    "difference": ("difference to the paper", "Δ", 54),
+    "published": ("published number", "paper", 54),
+    "interval": ("95 % interval", "95 %", 96),
+    "counts": ("recordings (failed)", "n", 84),
 }
-SIDE_COLUMNS = {"difference": ("Δ", 54), "published": ("paper", 54), "interval": ("95 %", 96), "counts": ("n", 84)}
-"""What stands beside a number: its heading and width in px."""
+"""What stands beside a number: its name, heading, and width in px."""
 
 
-def container_section(run: Run, dataset: Dataset) -> None:
+def container_section(judged: Judged) -> None:
     """Table 2 beside the paper's; a click on a number lists its recordings."""
-    errors, protocol = run_tables.errors(run, dataset), run_tables.protocol()
+    run, protocol, errors = judged.run, judged.protocol, judged.errors()
     left, right = st.columns([5, 3], vertical_alignment="bottom")
     with left:
-        side = one_of("Beside each number", SIDES, key="table_side")
+        names = {side: name for side, (name, _, _) in SIDES.items()} | {"nothing": "nothing"}
+        side = one_of("Beside each number", names, key="table_side")
     others = [name for name in PROTOCOLS if name != protocol]
     more = right.pills(
         "Further column groups", others, selection_mode="multi", format_func=TITLES.__getitem__, key=f"more {protocol}"
     )
-    cells = run_tables.cells(run, dataset, protocol, *more)
-    shown, styled = table_2(run_tables.containers(run, dataset), cells, side=side)
+    cells = pd.concat([replace(judged, protocol=name).cells() for name in (protocol, *more)], ignore_index=True)
+    shown, styled = table_2(container_table(errors), cells, side=side)
     event = st.dataframe(
         styled,
         key=f"table_2 {run.name} {side} {protocol} {more}",
@@ -60,7 +57,7 @@ def container_section(run: Run, dataset: Dataset) -> None:
         column_config=_columns(shown),
         placeholder="–",
     )
-    is_like_with_like = run_tables.split(dataset).split == "train"
+    is_like_with_like = judged.split.split == "train"
     st.caption(
         "Level and type: MPF1 in %, the higher the better; the others: MAPE in %, the lower the better. The more "
         "orange, the worse. Click a number to list its recordings, a heading to sort."
@@ -75,7 +72,7 @@ def container_section(run: Run, dataset: Dataset) -> None:
         container = str(shown["container"].iloc[row])
         one = None if container == AVERAGE else container
         focus_container(errors, section=SECTION, metric=_metric_of(column), container=one)
-    recordings_list(run, dataset, section=SECTION, errors=errors)
+    recordings_list(judged, section=SECTION)
 
 
 def table_2(table: pd.DataFrame, cells: pd.DataFrame, *, side: str) -> tuple[pd.DataFrame, Styler]:
@@ -84,7 +81,7 @@ def table_2(table: pd.DataFrame, cells: pd.DataFrame, *, side: str) -> tuple[pd.
     Args:
         table: from ``container_table``.
         cells: from ``cell_table``, of one or several protocols, of the same recordings.
-        side: a key of ``SIDES``.
+        side: a key of ``SIDES``, or ``nothing``.
 
     Returns:
         A row per container; a metric's column is named after it, with what stands beside it before, and before that
@@ -103,7 +100,7 @@ def table_2(table: pd.DataFrame, cells: pd.DataFrame, *, side: str) -> tuple[pd.
     )
     for name in shown.columns[3:]:
         lower = name.endswith("_mape")
-        what = next((each for each in SIDE_COLUMNS if f"{each} " in name), None)
+        what = next((each for each in SIDES if f"{each} " in name), None)
         if what is None:
             styled = styled.map(lambda value, lower=lower: _shade(value if lower else 100 - value), subset=[name])
         elif what == "difference":
@@ -143,20 +140,20 @@ def _columns(shown: pd.DataFrame) -> dict[str, Any]:
     for name in set(shown.columns) - set(columns):
         group, _, rest = name.rpartition(": ")
         side, _, metric = rest.rpartition(" ")
-        label, width = SIDE_COLUMNS.get(side, ("", 66))
-        if not side:
-            arrow = "↓" if metric.endswith("_mape") else "↑"
-            label = f"{SHORT.get(metric, METRIC_NAMES[metric])} {arrow}"
-        helped = f"{METRIC_NAMES[metric]}: {SIDES[side]}" if side else METRIC_NAMES[metric]
+        arrow = "↓" if metric.endswith("_mape") else "↑"
+        label, width, helped = f"{SHORT.get(metric, METRIC_NAMES[metric])} {arrow}", 66, METRIC_NAMES[metric]
+        if side:
+            beside, label, width = SIDES[side]
+            helped = f"{helped}: {beside}"
         if group:
             label, width, helped = f"{label} {group}", width + 60, f"{helped} ({group})"
         columns[name] = st.column_config.Column(label, width=width, help=helped)
     return columns
 
 
-def rows_section(run: Run, dataset: Dataset) -> None:
+def rows_section(judged: Judged) -> None:
     """Every recording of the run with its errors, to be filtered and sorted."""
-    errors = run_tables.errors(run, dataset)
+    run, errors = judged.run, judged.errors()
     left, right = st.columns([3, 1], vertical_alignment="bottom")
     containers = left.multiselect("Container", sorted(errors["container"].unique()), key="rows_container")
     only_failed = right.toggle("Failed only", key="rows_failed")
@@ -174,7 +171,7 @@ def rows_section(run: Run, dataset: Dataset) -> None:
     key = f"rows {run.name} {containers} {only_failed}"
     clicked_row(shown, run=run, metric="capacity_mape", key=key, height=min(560, 38 + 35 * max(1, len(rows))))
     downloads(rows.reset_index(), name=f"{run.name}_errors")
-    submission(run, dataset)
+    submission(judged)
 
 
 def _metric_of(column: str) -> str:

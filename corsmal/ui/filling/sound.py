@@ -1,4 +1,7 @@
-"""A recording's sound, cached: as it is heard, as it is drawn, and what the filling network makes of it."""
+"""A recording's sound, cached: as it is heard, as it is drawn, and what the filling network makes of it.
+
+The functions raise a ``CorsmalError`` where the sound or the network is missing or cannot be read.
+"""
 
 from contextlib import suppress
 from pathlib import Path
@@ -33,11 +36,7 @@ HOP_MIN = 4
 
 
 def predictor() -> "FillingPredictor":
-    """The trained network.
-
-    Raises:
-        FileError: the weights are missing, broken, or were trained on something else than sound.
-    """
+    """The trained network."""
     path = find_weights("filling").path
     if not path.is_file():
         raise FileError(path, f"the filling network's weights are missing; {ADVICE}")
@@ -61,21 +60,13 @@ def _predictor(path: Path, fingerprint: str) -> "FillingPredictor":
 
 @cached(4, spinner="Reading the sound")
 def audio(opened: OpenedRecording) -> Audio:
-    """A recording's sound.
-
-    Raises:
-        CorsmalError: it is missing or cannot be read.
-    """
+    """A recording's sound."""
     return opened.recording.audio()
 
 
 @cached(8, spinner="Reading the sound")
 def features(opened: OpenedRecording) -> "Features":
-    """The log-mel rows of a recording's sound, (8, T, 128).
-
-    Raises:
-        CorsmalError: as for ``audio``.
-    """
+    """The log-mel rows of a recording's sound, (8, T, 128)."""
     from corsmal.filling.features import recording_features  # noqa: PLC0415 - as above
 
     return recording_features(opened.recording, store=shared.store())
@@ -83,11 +74,7 @@ def features(opened: OpenedRecording) -> "Features":
 
 @cached(32, spinner="Reading the sound")
 def picture(opened: OpenedRecording, channel: int | None) -> SoundPicture:
-    """One channel, or the mean of all, ready to be drawn.
-
-    Raises:
-        CorsmalError: as for ``audio``.
-    """
+    """One channel, or the mean of all, ready to be drawn."""
     from corsmal.filling import LogMelParameters, log_mel  # noqa: PLC0415 - as above
 
     sound, parameters = audio(opened), LogMelParameters()
@@ -103,11 +90,7 @@ def picture(opened: OpenedRecording, channel: int | None) -> SoundPicture:
 
 @cached(16)
 def wav(opened: OpenedRecording, channel: int | None, crop_s: Seconds | None) -> bytes:
-    """One channel, or the mean of all, as a WAV with the fixed gain.
-
-    Raises:
-        CorsmalError: as for ``audio``.
-    """
+    """One channel, or the mean of all, as a WAV with the fixed gain."""
     return media.audio_wav(audio(opened), channel=channel, crop_s=crop_s)
 
 
@@ -116,30 +99,17 @@ def by_network(opened: OpenedRecording, *others: object) -> object:
     return predictor().digest, by_key(opened, *others)
 
 
+@cached(512, key=by_network)
 def prediction(opened: OpenedRecording, crop_s: Seconds | None) -> FillingPrediction:
-    """The prediction for a crop, or for the whole recording.
-
-    Raises:
-        CorsmalError: as for ``audio`` and ``predictor``.
-    """
+    """The prediction for a crop, or for the whole recording."""
     given = features(opened)
     rows = None if crop_s is None else crop_rows(crop_s, row_s=given.row_s, total=given.values.shape[1])
-    return _prediction(opened, rows)
-
-
-@cached(512, key=by_network)
-def _prediction(opened: OpenedRecording, rows: tuple[int, int] | None) -> FillingPrediction:
-    given = features(opened)
     return predictor().predict(given.values, crop=rows, steps_s=given.row_s)
 
 
 @cached(32, key=by_network, spinner="Sliding a window across the sound")
 def windows(opened: OpenedRecording) -> list[FillingPrediction]:
-    """The predictions for windows of ``WINDOW_S`` that slide across the recording.
-
-    Raises:
-        CorsmalError: as for ``audio`` and ``predictor``.
-    """
+    """The predictions for windows of ``WINDOW_S`` that slide across the recording."""
     given = features(opened)
     window = max(1, round(WINDOW_S / given.row_s))
     hop = max(HOP_MIN, -(-(given.values.shape[1] - window) // WINDOWS_MAX))

@@ -9,7 +9,7 @@ from corsmal.dataset import Recording
 from corsmal.estimation import Estimate, Fit
 from corsmal.quantities import BY_NAME, DIMENSIONS, GEOMETRY
 from corsmal.shape import MESH_FORMATS, export_mesh, profile_table
-from corsmal.ui.amounts import amount, percent_error
+from corsmal.ui.amounts import amount, measure, percent_error
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.messages import plain
 
@@ -55,7 +55,7 @@ def measures(
     for column, name in zip(st.columns(4), GEOMETRY, strict=True):
         value, true = getattr(fit.dimensions, name), truth.get(name)
         note = f"{percent_error(value, true)} of {BY_NAME[name].text(true)}" if true else "no annotation"
-        column.metric(BY_NAME[name].label, amount(name, value), note, delta_color="off", delta_arrow="off")
+        measure(column, BY_NAME[name].label, amount(name, value), note)
         if beside is not None and beside[1].ok:
             value = getattr(beside[1].dimensions, name)
             note = f", {percent_error(value, true)}" if true else ""
@@ -77,8 +77,7 @@ def recording_measures(found: Estimate, *, truth: Mapping[str, float]) -> None:
         low, high = found.intervals.get(name, (value, value))
         note = f"90 % interval {low:.0f}–{high:.0f} {BY_NAME[name].unit}"
         note += f"; error {percent_error(value, true)}" if true else ""
-        label = f"{BY_NAME[name].label}, whole recording"
-        column.metric(label, amount(name, value), note, delta_color="off", delta_arrow="off")
+        measure(column, f"{BY_NAME[name].label}, whole recording", amount(name, value), note)
 
 
 def hull_downloads(recording_id: str, fit: Fit) -> None:

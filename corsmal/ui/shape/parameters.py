@@ -1,6 +1,8 @@
 """Controls for the parameters of the fit."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import streamlit as st
@@ -9,7 +11,6 @@ from corsmal.errors import ArgumentError
 from corsmal.parameters import SHAPE_PRESETS, HeightRange, ShapeMethod
 from corsmal.ui import session
 from corsmal.ui.linked_plot import PlotEvent, Slider
-from corsmal.ui.messages import say_later, say_what_waits
 from corsmal.ui.url import HEIGHT_LIMIT_MM, PARAMETERS, Number, Options
 
 LIVE: dict[ShapeMethod, tuple[str, ...]] = {
@@ -86,17 +87,15 @@ def _live_numbers() -> list[tuple[str, Number]]:
 
 def other_parameters() -> None:
     """The parameters that are changed seldom, in an expander."""
-    say_what_waits()
     shape, state = session.choice().shape, st.session_state
     with st.expander("More parameters", icon=":material/tune:"):
         for name in QUIET[shape.method]:
             parameter, key = PARAMETERS[name], f"shape_{name}"
+            state[key] = getattr(shape, name)
+            follow: dict[str, Any] = {"key": key, "on_change": _changed, "args": (name, partial(state.get, key))}
             if name == "height_range":
                 _height_range(shape.height_range)
-                continue
-            state[key] = getattr(shape, name)
-            follow: dict[str, Any] = {"key": key, "on_change": _changed, "args": (name,)}
-            if isinstance(parameter, Number):
+            elif isinstance(parameter, Number):
                 label = f"{parameter.label} ({parameter.unit})" if parameter.unit else parameter.label
                 st.slider(label, parameter.low, parameter.high, step=parameter.step, **follow)
             elif isinstance(parameter, Options):
@@ -107,33 +106,23 @@ def other_parameters() -> None:
 
 
 def _height_range(value: HeightRange) -> None:
-    for part in ("reference", "low_mm", "high_mm"):
-        st.session_state[f"shape_{part}"] = getattr(value, part)
+    keys = {part: f"shape_{part}" for part in ("reference", "low_mm", "high_mm")}
+    for part, key in keys.items():
+        st.session_state[key] = getattr(value, part)
+    made = lambda: HeightRange(*(st.session_state[key] for key in keys.values()))  # noqa: E731
+    follow: dict[str, Any] = {"on_change": _changed, "args": ("height_range", made)}
     rule, limit = PARAMETERS["height_range"], HEIGHT_LIMIT_MM
     if isinstance(rule, Options):
         names = rule.options
-        st.selectbox(
-            rule.label, list(names), key="shape_reference", format_func=names.__getitem__, on_change=_height_changed
-        )
-    for column, part, label in zip(st.columns(2), ("low_mm", "high_mm"), ("from (mm)", "to (mm)"), strict=True):
-        column.number_input(label, -limit, limit, step=5.0, key=f"shape_{part}", on_change=_height_changed)
+        st.selectbox(rule.label, list(names), format_func=names.__getitem__, key=keys["reference"], **follow)
+    left, right = st.columns(2)
+    left.number_input("from (mm)", -limit, limit, step=5.0, key=keys["low_mm"], **follow)
+    right.number_input("to (mm)", -limit, limit, step=5.0, key=keys["high_mm"], **follow)
 
 
-def _changed(name: str) -> None:
-    _try_shape(**{name: st.session_state[f"shape_{name}"]})
-
-
-def _height_changed() -> None:
-    parts = [st.session_state[f"shape_{part}"] for part in ("reference", "low_mm", "high_mm")]
-    _try_shape(height_range=lambda: HeightRange(*parts))
-
-
-def _try_shape(**changes: Any) -> None:
-    """Change parameters; values that do not go together are refused with a sentence."""
+def _changed(name: str, made: Callable[[], Any]) -> None:
+    """Change a parameter; a value that does not go with the others is refused with a sentence."""
     try:
-        made = {name: value() if callable(value) else value for name, value in changes.items()}
-        shape = replace(session.choice().shape, **made)
+        session.choose(shape=replace(session.choice().shape, **{name: made()}))
     except ArgumentError as error:
-        say_later(f"Not possible: {error}.")
-        return
-    session.choose(shape=shape)
+        st.toast(f"Not possible: {error}.")

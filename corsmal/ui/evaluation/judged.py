@@ -1,0 +1,115 @@
+"""Runs as a session judges them, and what is computed from that, cached."""
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+import streamlit as st
+
+from corsmal.dataset import Dataset
+from corsmal.evaluation import (
+    cell_table,
+    challenge_scores,
+    changed_sides,
+    compare_runs,
+    error_table,
+    find_split,
+    submission_table,
+)
+from corsmal.evaluation.challenge import Absent
+from corsmal.evaluation.protocols import Protocol
+from corsmal.evaluation.splits import FoundSplit, Split
+from corsmal.quantities import QUANTITIES
+from corsmal.runs.run import KIND, Run, list_runs
+from corsmal.ui import shared
+from corsmal.ui.caching import by_key, cached
+
+METRIC_NAMES = {quantity.metric: quantity.label for quantity in QUANTITIES}
+"""Table 2's metrics, as briefly as headings need."""
+
+RESAMPLES_SEED = 0
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A run held against the annotation of a dataset.
+
+    Its methods raise an ``ArgumentError`` where run and annotation have nothing in common.
+
+    Args:
+        run: the run.
+        dataset: has the annotation.
+        protocol: which numbers of networks count.
+    """
+
+    run: Run
+    dataset: Dataset
+    protocol: Protocol
+
+    @cached_property
+    def key(self) -> tuple[object, ...]:
+        """What is cached is not used once the run's rows or the annotation changed."""
+        annotation = int(pd.util.hash_pandas_object(self.dataset.table).sum())
+        return self.run.key, str(self.dataset.root), annotation, self.protocol
+
+    @property
+    def split(self) -> FoundSplit:
+        """Which of the challenge's sets the dataset is."""
+        return find_split(self.dataset.table, name=self.dataset.name)
+
+    @cached(8)
+    def errors(self) -> pd.DataFrame:
+        """The error table."""
+        return error_table(self.run.table, self.dataset.table, protocol=self.protocol)
+
+    @cached(8)
+    def cells(self) -> pd.DataFrame:
+        """Table 2 cell by cell."""
+        return cell_table(self.errors(), rng=np.random.default_rng(RESAMPLES_SEED))
+
+    @cached(8)
+    def scores(self, split: Split, absent: Absent = "skip") -> pd.Series:
+        """The challenge's scores, with ``attrs["notes"]``."""
+        submission = submission_table(self.run.table)
+        return challenge_scores(self.dataset.table, submission, split=split, absent=absent, errors=self.errors())
+
+    def _first(self, run: Run) -> "Judged":
+        return replace(self, run=run)
+
+    @cached(8, key=lambda judged, first: (by_key(judged), first.key), spinner="Computing intervals from 2000 resamples")
+    def compared_with(self, first: Run) -> pd.DataFrame:
+        """Paired differences of an earlier run and this one, see ``compare_runs``."""
+        return compare_runs(self._first(first).errors(), self.errors(), rng=np.random.default_rng(RESAMPLES_SEED))
+
+    def changed_from(self, first: Run, *, threshold_percent: float) -> pd.DataFrame:
+        """The recordings that changed sides since an earlier run, see ``changed_sides``."""
+        return changed_sides(self._first(first).errors(), self.errors(), threshold_percent=threshold_percent)
+
+
+def runs(dataset: Dataset) -> list[Run]:
+    """The runs on a dataset, made here or by command, the newest first."""
+    store, times = shared.store(), []
+    for key in store.keys(KIND):
+        with suppress(FileNotFoundError):  # deleted by another session
+            times.append((key, store.file(KIND, key, ".json").stat().st_mtime_ns))
+    return _runs(str(dataset.root), times)
+
+
+@cached(8, key=lambda root, times: (str(shared.store().root), root, times))
+def _runs(root: str, times: list[tuple[str, int]]) -> list[Run]:
+    del times
+    return list_runs(store=shared.store(), dataset=root)
+
+
+def has_truth(dataset: Dataset) -> bool:
+    """Whether there is any truth that an estimate could be held against; if not, the page says what to do."""
+    if dataset.table[["capacity_ml", "filling_type"]].notna().to_numpy().any():
+        return True
+    st.info(
+        "There is no annotation with a truth here, so nothing can be evaluated: put `ccm_train_annotation.json` (or "
+        "`.csv`) into the dataset's folder.",
+        icon=":material/rule:",
+    )
+    return False
