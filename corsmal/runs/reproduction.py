@@ -148,7 +148,8 @@ def _check(dataset: Dataset) -> None:
 def _claim(out: Path, dataset: Dataset) -> None:
     """Write down whose reproduction the folder holds, or check that it is this dataset's."""
     path = out / CLAIM
-    identity = f"{dataset.name} {digest('annotation', dataset.table.to_csv())}\n"
+    annotated = dataset.table.dropna(subset=["container_id"]).drop(columns="missing")  # files may come later
+    identity = f"{dataset.name} {digest('annotation', annotated.to_csv())}\n"
     try:
         found = path.read_text(encoding="utf-8")
     except (FileNotFoundError, NotADirectoryError):

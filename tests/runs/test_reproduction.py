@@ -11,6 +11,7 @@ from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation import read_estimates
 from corsmal.runs import reproduce
+from corsmal.runs.reproduction_results import CancelledError
 from corsmal.runs.reproduction_settings import ReproductionSettings, plan
 from corsmal.store import Store
 from tests.tiny import write_tiny_dataset
@@ -200,6 +201,16 @@ def test_a_folder_of_another_reproduction_is_refused(made, test_root):
     found, _, store = made
     with pytest.raises(FileError, match="another dataset"):
         reproduce(test_root, out=found.out, settings=QUICK, store=store)
+
+
+def test_a_dataset_whose_files_come_later_is_the_same(root, tmp_path):
+    copied = shutil.copytree(root, tmp_path / "ROOT")
+    sound = next((copied / "audio").glob("*.wav"))
+    sound.rename(tmp_path / sound.name)
+    for _ in range(2):
+        with pytest.raises(CancelledError):
+            reproduce(copied, out=tmp_path / "out", store=Store(tmp_path / "cache"), cancelled=lambda: True)
+        shutil.copy(tmp_path / sound.name, sound)
 
 
 def test_a_class_in_one_fold_only_is_said_and_the_others_are_judged(tmp_path):
