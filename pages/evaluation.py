@@ -4,11 +4,18 @@ import streamlit as st
 
 from corsmal.ui import session
 from corsmal.ui.evaluation.judged import has_truth
+from corsmal.ui.evaluation.reproduction import reproduction_section
 from corsmal.ui.evaluation.runs import chosen_run
 from corsmal.ui.evaluation.sections import section_control, show_section
+from corsmal.ui.one_of import one_of
+
+VIEWS = {"runs": "Runs", "reproduction": "Reproduce Table 2"}
 
 st.title("Evaluation")
 dataset, _ = session.opened()
-run = chosen_run(dataset)
-if run is not None and run.rows:
-    show_section(section_control() if has_truth(dataset) else "Recordings", run, dataset)
+if one_of("", VIEWS, key="evaluation_view") == "reproduction":
+    reproduction_section(dataset)
+else:
+    run = chosen_run(dataset)
+    if run is not None and run.rows:
+        show_section(section_control() if has_truth(dataset) else "Recordings", run, dataset)

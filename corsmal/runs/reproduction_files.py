@@ -27,6 +27,7 @@ from corsmal.evaluation.exporting import TableFormat
 from corsmal.figures.heatmaps import confusion_figure
 from corsmal.figures.report import Pin, report_html
 from corsmal.files import writing
+from corsmal.runs.reproduction_kept import DISK_ADVICE, ESTIMATES, REPORT, write_summary
 from corsmal.runs.reproduction_results import Results, TestResult
 from corsmal.runs.reproduction_settings import ReproductionSettings
 
@@ -59,18 +60,22 @@ def write_results(results: Results, settings: ReproductionSettings, out: Path) -
     for ending, table_format in FORMATS.items():
         text = typeset_table_2(cells, table_format=table_format, notes=notes, is_like_with_like=split.split == "train")
         _write(folder / f"table2{ending}", text)
-    write_estimates(results.rows, folder / "estimates.csv")
+    write_estimates(results.rows, folder / ESTIMATES)
     tables = {"Table 2: MPF1 and MAPE in %, 95 % intervals": table_2_texts(cells)}
     tables |= _seeds(results, settings)
-    tables |= {f"Test set {test.dataset.name}": _test_table(test, folder) for test in results.tests}
-    pins = []
-    for quantity, label in LABELS.items():
-        counts = _confusions(results, errors, quantity)
-        if sum(int(table.to_numpy().sum()) for table in counts.values()):
-            title = f"Fig. 3, {label.lower()}: rows are true, columns predicted; {_judged(results)}"
-            pins.append(Pin(title, confusion_figure(counts)))
+    scores = {test.dataset.name: _test_table(test, folder) for test in results.tests}
+    tables |= {f"Test set {name}": table for name, table in scores.items()}
+    confusions = {quantity: _confusions(results, errors, quantity) for quantity in LABELS}
+    pins = [
+        Pin(
+            f"Fig. 3, {LABELS[quantity].lower()}: rows are true, columns predicted; {_judged(results)}",
+            confusion_figure(counts),
+        )
+        for quantity, counts in confusions.items()
+        if any(table.to_numpy().any() for table in counts.values())
+    ]
     tables["Notes"] = pd.DataFrame({"note": [*notes, str(split)]})
-    report = folder / "report.html"
+    report = folder / REPORT
     html = report_html(
         f"Reproduction on {results.dataset.name}: {settings.sentence()}",
         tables=tables,
@@ -78,6 +83,7 @@ def write_results(results: Results, settings: ReproductionSettings, out: Path) -
         parameters=_parameters(settings),
     )
     _write(report, html)
+    write_summary(folder, settings, confusions=confusions, scores=scores, notes=notes)
     return cells, report
 
 
@@ -130,5 +136,5 @@ def _parameters(settings: ReproductionSettings) -> dict[str, object]:
 
 
 def _write(path: Path, text: str) -> None:
-    with writing(path, advice="free the disk or choose another folder; what was computed is kept") as part:
+    with writing(path, advice=DISK_ADVICE) as part:
         part.write_text(text, encoding="utf-8")
