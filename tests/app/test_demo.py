@@ -52,6 +52,7 @@ def test_every_page_shows_results_at_its_first_visit_and_nothing_red(page: str) 
     assert "No detections" not in look.sentences
     assert visitor.progress == []
     shown = {
+        "overview": {"overview_hull", "overview_known_when"} <= look.plots and "mL" in look.metrics["Capacity"],
         "recordings": look.videos == 3 and look.sounds == 1 and len(visitor.test.dataframe[0].value) == len(IDS),
         "frames": "scores" in look.plots and look.pictures == 3,
         "shape": "hull" in look.plots and "mL" in look.metrics["Capacity"],
