@@ -40,7 +40,7 @@ def spread_folds(table: pd.DataFrame, *, folds: int = PAPER_FOLDS, seed: int = 0
 
 
 def folds_by_container(table: pd.DataFrame, *, groups: Sequence[Sequence[int]] = WINNERS_FOLDS) -> pd.Series:
-    """Folds of whole containers, ``groups`` of their ids: each is validated by a network that has not heard it.
+    """Folds of whole containers, ``groups`` of their ids: each is validated by a network that was not trained on it.
 
     Returns:
         The position of the container's group, by recording id of ``table``; recordings without a ``container_id`` are

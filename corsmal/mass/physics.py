@@ -1,4 +1,4 @@
-"""What follows from capacity, filling and scale alone; no network is needed for it."""
+"""What follows from capacity, filling and scale; no network is needed."""
 
 import math
 

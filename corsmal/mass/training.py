@@ -31,7 +31,7 @@ class MassTraining:
 
     Args:
         network: its sizes.
-        epochs: at most so many.
+        epochs: maximum number.
         patience: epochs without a lower validation loss after which training stops.
         validation: share of each container's recordings that is held out to choose the epoch by.
         batch: rows per step.
@@ -85,10 +85,10 @@ def train_mass(
     *,
     trained_on: TrainedOn | None = None,
 ) -> TrainedMass:
-    """Train the network, or go on where a run in the same folder was stopped.
+    """Train the network; an interrupted run in the same folder resumes.
 
     Args:
-        rows: what to train on, looked at once, one after the other. Rows without a usable mask or dimensions are
+        rows: what to train on, iterated once. Rows without a usable mask or dimensions are
             left out and counted.
         folder: gets ``checkpoints``, ``log/version_N/metrics.csv`` (one for every start) and ``mass.safetensors``.
         training: settings; default: the paper's.
@@ -138,7 +138,7 @@ class MassModule(lightning.LightningModule):
         self.network.learn_statistics(torch.from_numpy(samples.numbers), torch.from_numpy(samples.masses_g))
 
     def train_dataloader(self) -> Batches:
-        """The rows in the epoch's own order, so that a run that goes on sees what it would have seen."""
+        """The rows in the epoch's own order, so that a resumed run gets the batches of an uninterrupted one."""
         rng = np.random.default_rng([self._training.seed, self.current_epoch])
         return Batches(self._samples, self._training.batch, rng)
 

@@ -50,7 +50,7 @@ def export_mesh(hull: Hull, *, file_format: MeshFormat) -> bytes:
     Raises:
         ArgumentError: the format is none of ``MESH_FORMATS``, or the hull has no two converged circumferences.
     """
-    import trimesh  # noqa: PLC0415 - slow to import, needed for export alone
+    import trimesh  # noqa: PLC0415 - slow to import, needed for export only
 
     check_choice("file_format", file_format, MESH_FORMATS)
     vertices, faces = hull_mesh(hull)

@@ -9,7 +9,7 @@ from corsmal.shape.records import Dimensions, Hull
 
 CUBIC_MM_PER_ML = 1000.0
 SAME_MM = 1e-6
-"""Differences of radii closer than this are equal: radii lie on a grid, so equal steps differ by rounding alone."""
+"""Differences of radii closer than this are equal: radii lie on a grid, so equal steps differ by rounding only."""
 
 STEM_SHARE, STEM_HIGHEST = 0.3, 0.9
 """A stem is narrower than this share of the widest place, and lies below this share of the height."""

@@ -40,13 +40,13 @@ def learn_walls_of_others(
     Returns:
         A wall for each hull, mm; None where no other container is round.
     """
-    learnt: dict[Hashable, float | None] = {}
+    found_mm: dict[Hashable, float | None] = {}
     for container in containers:
-        if container in learnt:
+        if container in found_mm:
             continue
         others = [index for index, other in enumerate(containers) if other != container]
         try:
-            learnt[container] = learn_wall_mm([hulls[i] for i in others], [capacities_ml[i] for i in others])
+            found_mm[container] = learn_wall_mm([hulls[i] for i in others], [capacities_ml[i] for i in others])
         except ArgumentError:
-            learnt[container] = None
-    return [learnt[container] for container in containers]
+            found_mm[container] = None
+    return [found_mm[container] for container in containers]

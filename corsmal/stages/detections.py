@@ -170,8 +170,8 @@ def _strides(every: int) -> list[int]:
 def _beside_the_best(detections: DetectionSet, seen: set[int], step: int) -> list[int]:
     """The frames a step before and after the best frame of each pair.
 
-    Only frames that this search has seen count, whatever else the store holds: a search that is begun again
-    takes the same way, and finds it done.
+    Only frames of this search count, not others in the store: a repeated search then takes the same steps and
+    finds them kept.
     """
     views = {name: {frame: view[frame] for frame in seen.intersection(view)} for name, view in detections.views.items()}
     found = [select_best_frame(views, pair=pair).frame for pair in PAIRS]

@@ -35,7 +35,7 @@ class Moment:
 
     Args:
         time_s: seconds from its start.
-        row: the estimate of what was seen and heard until then, see ``Estimate.row``.
+        row: the estimate from the frames and the sound until then, see ``Estimate.row``.
     """
 
     time_s: float

@@ -49,7 +49,7 @@ class Job:
         self._has_forecast, self._end_s = True, None if left_s is None else time.monotonic() + left_s
 
     def keep(self) -> None:
-        """Say that there are more results to be looked at."""
+        """Say that there are more results to show."""
         self.results += 1
 
     def cancel(self) -> None:

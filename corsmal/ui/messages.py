@@ -19,7 +19,7 @@ def guarded() -> Iterator[None]:
 
 
 def show_problem(error: CorsmalError, *, before: str = "") -> None:
-    """Show an error of the library as its sentence: what is merely absent is nobody's mistake, and not red.
+    """Show an error of the library as its sentence: what is merely absent is not an error, and not red.
 
     Args:
         error: the error.

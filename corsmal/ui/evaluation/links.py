@@ -140,7 +140,7 @@ def open_recording(run: Run, recording: str, *, metric: str) -> None:
 
 
 def _failed_stage(row: dict[str, Any] | Any) -> str:
-    """Where a failed recording is to be looked at: where its first missing number should have come from."""
+    """The page that explains a failed recording: where its first missing number should have come from."""
     if row.get("status") not in ("fitted", "fitted, second pair"):
         return "frames"
     return "filling" if row.get("filling_type") is None else "mass"

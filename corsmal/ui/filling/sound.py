@@ -1,4 +1,4 @@
-"""A recording's sound, cached: as it is heard, as it is drawn, and what the filling network makes of it.
+"""A recording's sound, cached: to play, to draw, and what the filling network predicts from it.
 
 The functions raise a ``CorsmalError`` where the sound or the network is missing or cannot be read.
 """

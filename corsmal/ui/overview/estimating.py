@@ -67,7 +67,7 @@ def _by_estimate(opened: OpenedRecording, settings: EstimateSettings) -> tuple[o
 
 @cached(32, key=_by_estimate)
 def shape_estimate(opened: OpenedRecording, settings: EstimateSettings) -> Estimate:
-    """The geometry alone, which needs no network."""
+    """Only the geometry, which needs no network."""
     without = Predictors(settings.shape, settings.means)
     return kept_estimate(opened.recording, opened.detections, without, store=shared.store())
 
