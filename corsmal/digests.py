@@ -2,13 +2,16 @@
 
 import dataclasses
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from corsmal.errors import ArgumentError, FileError
+
+Chunk = bytes | memoryview
+"""A part of what is digested."""
 
 FORMAT_VERSION = 1
 """Part of every digest; raised when stored files change their form."""
@@ -28,7 +31,10 @@ def digest(*parts: Any) -> str:
         ArgumentError: a value of another type.
         FileError: a path names no file.
     """
-    return hashlib.blake2b(_encode((FORMAT_VERSION, *parts)), digest_size=16).hexdigest()
+    found = hashlib.blake2b(digest_size=16)
+    for chunk in _encode((FORMAT_VERSION, *parts)):
+        found.update(chunk)
+    return found.hexdigest()
 
 
 def file_fingerprint(path: str | Path) -> str:
@@ -50,20 +56,21 @@ def file_fingerprint(path: str | Path) -> str:
     return f"{status.st_size} bytes, {status.st_mtime_ns} ns, {'/'.join(path.absolute().parts[-3:])}"
 
 
-def _encode(value: Any) -> bytes:
-    """Type, length and content, so that no two values have the same bytes."""
+def _encode(value: Any) -> list[Chunk]:
+    """Type, length and content, so that no two values have the same bytes; arrays are not copied."""
     kind, content = _content(value)
-    return f"{kind}:{len(content)}:".encode() + content
+    return [f"{kind}:{sum(map(len, content))}:".encode(), *content]
 
 
-def _content(value: Any) -> tuple[str, bytes]:
+def _content(value: Any) -> tuple[str, Sequence[Chunk]]:
     if isinstance(value, np.generic):
         value = value.item()
     for kind, scalar, to_bytes in SCALARS:
         if isinstance(value, scalar):
-            return kind, to_bytes(value)
+            return kind, [to_bytes(value)]
     if isinstance(value, np.ndarray) and not value.dtype.hasobject:
-        return "array", _encode((value.dtype.str, value.shape)) + value.tobytes()
+        content = np.ascontiguousarray(value).reshape(-1).view(np.uint8).data
+        return "array", [*_encode((value.dtype.str, value.shape)), content]
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
         return "record", _encode((type(value).__qualname__, fields))
@@ -82,11 +89,11 @@ SCALARS: tuple[tuple[str, type, Callable[[Any], bytes]], ...] = (
 """Name, type and content of what is no collection; bool stands before int, which it is a kind of."""
 
 
-def _collection(value: Any) -> tuple[str, bytes]:
+def _collection(value: Any) -> tuple[str, Sequence[Chunk]]:
     if isinstance(value, tuple | list):
-        return "sequence", b"".join(map(_encode, value))
+        return "sequence", [chunk for item in value for chunk in _encode(item)]
     if isinstance(value, set | frozenset):
-        return "set", b"".join(sorted(map(_encode, value)))
+        return "set", sorted(b"".join(_encode(item)) for item in value)
     if isinstance(value, Mapping):
-        return "mapping", b"".join(sorted(_encode(key) + _encode(item) for key, item in value.items()))
+        return "mapping", sorted(b"".join(_encode(key) + _encode(item)) for key, item in value.items())
     raise ArgumentError(f"parts must be numbers, text, paths, arrays or records of these, got {type(value).__name__}")

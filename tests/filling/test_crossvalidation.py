@@ -100,9 +100,9 @@ def test_folds_that_do_not_divide_the_samples_are_refused(tmp_path):
             cross_validate(tmp_path, SAMPLES, folds=folds, preset=SHORT)
 
 
-def test_fold_that_takes_a_class_out_of_training_is_refused(tmp_path):
-    folds = {sample.recording_id: 1 + int(sample.filling_type != 3) for sample in SAMPLES}
-    with pytest.raises(ArgumentError, match="learn water from"):
+def test_fold_that_leaves_one_class_to_train_on_is_refused(tmp_path):
+    folds = {sample.recording_id: 1 + int(sample.filling_type == 0) for sample in SAMPLES}
+    with pytest.raises(ArgumentError, match="two classes of filling_type or more, got none only"):
         cross_validate(tmp_path, SAMPLES, folds=folds, preset=SHORT)
 
 
