@@ -81,6 +81,6 @@ def test_bare_parsing_fits_stft_and_forward_passes(benchmark, recording, opened,
         for _ in range(shape.frames):
             measure_hull(fit_hull(cameras, masks, shape), shape)
         torch.stft(torch.from_numpy(samples.copy()), 2048, 1024, window=window, return_complex=True)
-        return predictors.filling._models[0](features), predictors.mass._model(image, numbers)
+        return predictors.filling._models[0](features), predictors.mass.model(image, numbers)
 
     assert benchmark.pedantic(bare, rounds=5, warmup_rounds=1)

@@ -56,6 +56,6 @@ def test_bare_forward_pass_of_the_mass_network(benchmark, predictor, mask):
 
     @torch.inference_mode()
     def forward():
-        return predictor._model(image, numbers)
+        return predictor.model(image, numbers)
 
     assert benchmark(forward) > 0
