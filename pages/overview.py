@@ -12,7 +12,6 @@ from corsmal.ui.overview.estimating import (
     estimate_control,
     estimate_settings,
     predictors,
-    shape_estimate,
     whole_estimate,
 )
 from corsmal.ui.overview.numbers import network_tiles, shape_tiles
@@ -36,7 +35,7 @@ note = st.empty()
 with guarded():
     status.caption(computing("shape", "filling", "mass"))
     settings = estimate_settings(dataset, preset)
-    found = shape_estimate(opened, settings)
+    found = opened.estimate(preset, settings.means)
     tiles.show(shape_tiles(found, recording.annotation, is_inspected=is_inspected), found)
     pictures.views(opened, found, preset=preset)
     hull, mask, sound = st.columns([4, 3, 3], gap="medium")

@@ -77,7 +77,7 @@ def evaluate(
     Detections are needed: beside the videos, or from `detect`.
     """
     from corsmal.dataset import open_dataset
-    from corsmal.evaluation.protocols import STAMPS
+    from corsmal.evaluation.protocols import STAMPS, TRAINED, UNKNOWN
     from corsmal.mass import MassPredictor
     from corsmal.mass.judging import judge_mass, mass_table
     from corsmal.stages.training_facts import trained_shape
@@ -91,7 +91,7 @@ def evaluate(
     rows = _rows(dataset, shape_preset(chosen, option="--shape"))
     judged = [row for row in rows if not _has_seen(predictor.trained_on, dataset, row)]
     if len(judged) < len(rows):
-        why = "the network was trained on them" if predictor.trained_on else "it is not known what it was trained on"
+        why = TRAINED if predictor.trained_on else UNKNOWN
         verb = "are left out" if protocol == "held-out" else "are in-sample"
         say(f"{len(rows) - len(judged)} of {len(rows)} recordings {verb}: {why}.")
     say(STAMPS[protocol])

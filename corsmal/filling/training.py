@@ -110,12 +110,11 @@ def hold_out(
 
 def missing_classes(samples: Sequence[FillingSample]) -> list[str]:
     """The types and levels of which there is no sample: a network that is trained on these will not name them."""
-    return [
-        classes[number]
-        for name, classes in NAMES.items()
-        for number in range(len(classes))
-        if number not in {getattr(sample, name) for sample in samples}
-    ]
+    absent = []
+    for name, classes in NAMES.items():
+        own = {getattr(sample, name) for sample in samples}
+        absent += [label for number, label in enumerate(classes) if number not in own]
+    return absent
 
 
 def _check(samples: Sequence[FillingSample], validation: Sequence[FillingSample]) -> tuple[int, int, int]:

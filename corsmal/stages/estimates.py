@@ -1,6 +1,7 @@
 """Estimates, kept in the store so that an interrupted run resumes."""
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -9,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError, FileError
 from corsmal.estimation import Estimate, TrainingMeans, estimate
+from corsmal.estimation.fit import FitSource
 from corsmal.parameters import SelectionParameters, ShapeParameters
+from corsmal.selection import FrameDetections
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
 from corsmal.stages.fits import calibration_fingerprints
 from corsmal.stages.training_facts import shape_name, trained_shape
@@ -82,20 +85,36 @@ def estimate_key(recording: Recording, predictors: Predictors, origin: str) -> s
 
 
 def _estimated(recording: Recording, detections: DetectionSet, predictors: Predictors, store: Store) -> dict[str, Any]:
-    from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
-
     began_s = time.perf_counter()
-    result = estimate(
+    result = estimate_with(predictors, recording, detections.views, store=store)
+    time_ms = round(1000 * (time.perf_counter() - began_s), 1)
+    return estimate_row(result, recording, detections, predictors) | {"execution_time_ms": time_ms}
+
+
+def estimate_with(
+    predictors: Predictors,
+    recording: Recording,
+    detections: Mapping[str, FrameDetections],
+    *,
+    fits: FitSource | None = None,
+    **heard: Any,
+) -> Estimate:
+    """The estimate of a recording; ``heard`` are further arguments of ``recording_features``."""
+    features = None
+    if predictors.filling is not None:
+        from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
+
+        features = partial(recording_features, folder=predictors.features, **heard)
+    return estimate(
         recording,
-        detections=detections.views,
+        detections=detections,
         shape=predictors.shape,
         means=None if predictors.means is None else predictors.means.for_container(recording.annotation),
         filling=predictors.filling,
         mass=predictors.mass,
-        features=partial(recording_features, folder=predictors.features, store=store),
+        features=features,
+        fits=fits,
     )
-    time_ms = round(1000 * (time.perf_counter() - began_s), 1)
-    return estimate_row(result, recording, detections, predictors) | {"execution_time_ms": time_ms}
 
 
 def estimate_row(

@@ -8,11 +8,12 @@ from typing import Any
 
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, CorsmalError
-from corsmal.estimation import Estimate, estimate
+from corsmal.estimation import Estimate
+from corsmal.estimation.fit import MaskSource
 from corsmal.quantities import CLASSES, MEASURED
 from corsmal.selection import FrameDetections
 from corsmal.stages.detections import DetectionSet
-from corsmal.stages.estimates import Predictors, estimate_key
+from corsmal.stages.estimates import Predictors, estimate_key, estimate_with
 from corsmal.stages.fits import load_fit
 from corsmal.store import Store, digest
 
@@ -54,6 +55,7 @@ def kept_estimate(
     *,
     store: Store,
     end_s: float | None = None,
+    source: MaskSource | None = None,
 ) -> Estimate:
     """The estimate of a recording as ``load_estimate`` makes it, with its hull and masks; single fits are kept.
 
@@ -64,21 +66,12 @@ def kept_estimate(
         store: keeps the fits of single frames, and log-mel rows.
         end_s: leave out what was seen and heard later, as if the recording had ended then; default: nothing. Of the
             frames only those count that were inspected, and which ones a search inspects depends on all of them.
+        source: cameras and masks of the recording, where the caller has them already.
     """
-    from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
-
+    views = detections.views if end_s is None else _seen_until(recording, detections, end_s)
+    fits = partial(load_fit, recording, detections, shape=predictors.shape, store=store, source=source)
     heard = {"store": store} if end_s is None else {"end_s": end_s}
-    shape = predictors.shape
-    return estimate(
-        recording,
-        detections=detections.views if end_s is None else _seen_until(recording, detections, end_s),
-        shape=shape,
-        means=None if predictors.means is None else predictors.means.for_container(recording.annotation),
-        filling=predictors.filling,
-        mass=predictors.mass,
-        features=partial(recording_features, folder=predictors.features, **heard),
-        fits=partial(load_fit, recording, detections, shape=shape, store=store),
-    )
+    return estimate_with(predictors, recording, views, fits=fits, **heard)
 
 
 def known_when(

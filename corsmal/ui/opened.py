@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import streamlit as st
@@ -12,13 +12,15 @@ from corsmal.dataset import Recording, Video
 from corsmal.detection import ViewDetections, filter_detections
 from corsmal.digests import digest, file_fingerprint
 from corsmal.errors import CorsmalError, NotFoundError
-from corsmal.estimation import Estimate, Fit, RecordingMasks, estimate, fit_masks
+from corsmal.estimation import Estimate, Fit, RecordingMasks, TrainingMeans, fit_masks
 from corsmal.figures import draw_detections, jpeg
 from corsmal.geometry import Camera
 from corsmal.parameters import METHOD_VIEWS, PAIRS, SHAPE_PRESETS, CentreRule, ShapeParameters
 from corsmal.selection import BestFrame, Pair, select_best_frame
 from corsmal.stages.detections import DetectionSet, load_detections
+from corsmal.stages.estimates import Predictors
 from corsmal.stages.fits import load_fit
+from corsmal.stages.moments import kept_estimate
 from corsmal.stages.true_masks import true_masks
 from corsmal.ui import shared
 from corsmal.ui.caching import by_key, cached
@@ -85,11 +87,10 @@ class OpenedRecording:
         return select_best_frame(self.detections.views, pair=pair)
 
     @cached(64, key=by_detections)
-    def estimate(self, preset: str) -> Estimate:
-        """The geometry of the recording with a preset; the fits of its frames are kept."""
-        shape, store = SHAPE_PRESETS[preset], shared.store()
-        fits = partial(load_fit, self.recording, self.detections, shape=shape, store=store, source=self)
-        return estimate(self.recording, detections=self.detections.views, shape=shape, fits=fits)
+    def estimate(self, preset: str, means: TrainingMeans | None = None) -> Estimate:
+        """The geometry of the recording with a preset, without networks; ``means`` stand in where nothing fits."""
+        predictors = Predictors(SHAPE_PRESETS[preset], means)
+        return kept_estimate(self.recording, self.detections, predictors, store=shared.store(), source=self)
 
     @property
     def estimated_pair(self) -> Pair:

@@ -65,13 +65,6 @@ def _by_estimate(opened: OpenedRecording, settings: EstimateSettings) -> tuple[o
     return by_detections(opened, _by_weights(settings))
 
 
-@cached(32, key=_by_estimate)
-def shape_estimate(opened: OpenedRecording, settings: EstimateSettings) -> Estimate:
-    """Only the geometry, which needs no network."""
-    without = Predictors(settings.shape, settings.means)
-    return kept_estimate(opened.recording, opened.detections, without, store=shared.store())
-
-
 @cached(16, key=_by_estimate)
 def whole_estimate(opened: OpenedRecording, settings: EstimateSettings) -> tuple[Estimate, dict[str, Any]]:
     """The estimate, and its row as a run has it."""
