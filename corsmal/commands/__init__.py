@@ -1,5 +1,6 @@
 """The commands of ``python -m corsmal``: their common arguments, and how they report."""
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,6 +32,9 @@ console = Console(stderr=True)
 
 RATE_WINDOW_S = 600.0
 """The rate is averaged over the last minutes: a recording may take one, and a stored result takes no time."""
+
+LINES_EVERY_S = 30.0
+"""A log gets a line about the progress this often."""
 
 Root = Annotated[Path, typer.Argument(metavar="ROOT", help="Folder of the dataset.")]
 Ids = Annotated[list[str] | None, typer.Argument(metavar="ID", help="Recordings, such as 000618; default: all.")]
@@ -70,9 +74,26 @@ class _Rate(ProgressColumn):
         return Text(text, style="progress.data.speed")
 
 
+class _Lines:
+    """Says how far the work is, at most once in ``LINES_EVERY_S``, and when it is done."""
+
+    def __init__(self, what: str) -> None:
+        self._what, self._said_s, self._is_done = what, time.monotonic(), False
+
+    def __call__(self, done: float, total: int, what: str = "", /) -> None:
+        self._what = what or self._what
+        was_done, self._is_done, now_s = self._is_done, done >= total, time.monotonic()
+        if (self._is_done and not was_done) or now_s - self._said_s >= LINES_EVERY_S:
+            self._said_s = now_s
+            say(f"{self._what}: {done:g} of {total}")
+
+
 @contextmanager
 def progress_bar(what: str) -> Iterator[Report]:
-    """A bar with the rate and the time left."""
+    """A bar with the rate and the time left; where it cannot move, as in a log, a line now and then."""
+    if not console.is_terminal:
+        yield _Lines(what)
+        return
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),

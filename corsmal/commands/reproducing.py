@@ -71,7 +71,7 @@ def reproduce(
     with progress_bar("reproduction, %") as bar:
 
         def report(state: StepProgress) -> None:
-            bar(round(100 * state.share), 100, f"{state.step}: {duration_text(state.left_s)} left")
+            bar(round(100 * state.share), 100, f"{state.step}, {duration_text(state.left_s)} left, %")
 
         found = run(root, out=out, settings=settings, tests=tests, engine=chosen_engine, progress=report)
     for note in found.notes:

@@ -86,13 +86,14 @@ def reproduce(
         The results.
 
     Raises:
-        ArgumentError: the dataset has no annotated recording, or a test set holds recordings of the training set.
+        ArgumentError: the dataset has no annotated recording, a test set is named twice or holds recordings of the
+            training set.
         FileError: a folder cannot be read or written, or ``out`` holds a reproduction of another dataset.
         CancelledError: ``cancelled`` ended it.
     """
     settings, store, out = settings or ReproductionSettings(), store or Store(), Path(out)
     dataset, test_sets = open_dataset(root), [open_dataset(test) for test in tests]
-    _check(dataset)
+    _check(dataset, settings)
     _claim(out, dataset)
     steps = plan(dataset, settings, test_sets)
     clock = _Clock(steps, progress)
@@ -137,7 +138,9 @@ class _Clock:
         self._progress(StepProgress(name, (before + share * planned) / total, max(0.0, own_left + after)))
 
 
-def _check(dataset: Dataset) -> None:
+def _check(dataset: Dataset, settings: ReproductionSettings) -> None:
+    if settings.features is not None and not settings.features.is_dir():
+        raise FileError(settings.features, "there is no such folder of features")
     table = dataset.table
     if not table["container_id"].notna().any():
         raise ArgumentError(

@@ -63,7 +63,7 @@ def write_results(results: Results, settings: ReproductionSettings, out: Path) -
     write_estimates(results.rows, folder / ESTIMATES)
     tables = {"Table 2: MPF1 and MAPE in %, 95 % intervals": table_2_texts(cells)}
     tables |= _seeds(results, settings)
-    scores = {test.dataset.name: _test_table(test, folder) for test in results.tests}
+    scores = {test.name: _test_table(test, folder) for test in results.tests}
     tables |= {f"Test set {name}": table for name, table in scores.items()}
     confusions = {quantity: _confusions(results, errors, quantity) for quantity in LABELS}
     pins = [
@@ -117,7 +117,7 @@ def _test_table(test: TestResult, folder: Path) -> pd.DataFrame:
     """The challenge's scores of a test set beside the published ones; its submission is written."""
     known = test.dataset.table
     submission = submission_table(test.rows, recordings=known.index)
-    write_submission(submission, folder / f"submission_{test.dataset.name}.csv")
+    write_submission(submission, folder / f"submission_{test.name}.csv")
     split = find_split(known, name=test.dataset.name)
     try:
         scores = challenge_scores(known, submission, split=split.split)

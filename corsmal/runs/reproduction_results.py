@@ -19,10 +19,12 @@ class TestResult:
     """A test set's estimates.
 
     Args:
+        name: the test set's name, different from the others'.
         dataset: the test set.
         rows: an estimates table.
     """
 
+    name: str
     dataset: Dataset
     rows: pd.DataFrame
 

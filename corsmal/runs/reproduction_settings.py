@@ -1,6 +1,7 @@
 """Settings of a reproduction, and the plan of its steps with the time that each takes."""
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
@@ -122,7 +123,7 @@ MASS_EPOCHS, MASS_EPOCH_S = 150, 0.004
 """Epochs that a training of the mass network lasts, and seconds of one for a recording."""
 
 
-def plan(dataset: Dataset, settings: ReproductionSettings, tests: Iterable[Dataset] = ()) -> list[PlannedStep]:
+def plan(dataset: Dataset, settings: ReproductionSettings, tests: Sequence[Dataset] = ()) -> list[PlannedStep]:
     """The steps of a reproduction with the time that each takes, as measured on two cores.
 
     Args:
@@ -157,10 +158,29 @@ def plan(dataset: Dataset, settings: ReproductionSettings, tests: Iterable[Datas
         PlannedStep("mass", f"{mass_rounds} networks", mass_rounds * mass_round_s),
         PlannedStep("final networks", "one of each kind on all recordings", epochs * epoch_s + mass_round_s),
     ]
-    for test in tests:
+    for name, test in zip(test_names(tests), tests, strict=True):
         recordings = [recording for recording in test if is_filmed(recording)]
-        steps.append(PlannedStep(f"test {test.name}", f"{len(test)} recordings", _geometry_s(recordings, settings)))
+        steps.append(PlannedStep(f"test {name}", f"{len(test)} recordings", _geometry_s(recordings, settings)))
     return [*steps, PlannedStep("tables", "tables, figures, submissions and the report", 20.0)]
+
+
+def test_names(tests: Sequence[Dataset]) -> list[str]:
+    """A name for each test set, different from the others': its folder's, with its place where folders are named alike.
+
+    Raises:
+        ArgumentError: a folder is named twice.
+    """
+    roots = [test.root.resolve() for test in tests]
+    for root, count in Counter(roots).items():
+        if count > 1:
+            raise ArgumentError(f"the test set {root} is named {count} times")
+    alike = Counter(test.name for test in tests)
+    places: Counter[str] = Counter()
+    names = []
+    for test in tests:
+        places[test.name] += 1
+        names.append(test.name if alike[test.name] == 1 else f"{test.name}-{places[test.name]}")
+    return names
 
 
 def is_filmed(recording: Recording) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from corsmal.runs.reproduction_mass import KEY_DIGITS, final_mass_network, ident
 from corsmal.runs.reproduction_notes import filling_notes, mass_notes
 from corsmal.runs.reproduction_results import STOPPED, CancelledError, Results, TestResult
 from corsmal.runs.reproduction_rows import reproduction_rows
-from corsmal.runs.reproduction_settings import ReproductionSettings, is_filmed
+from corsmal.runs.reproduction_settings import ReproductionSettings, is_filmed, test_names
 from corsmal.stages.mass_rows import mass_rows
 from corsmal.stages.settings import EstimateSettings
 from corsmal.stages.training_facts import training_record
@@ -67,7 +68,9 @@ class Work:
         weighed = self._mass_rows(geometry)
         mass = self._mass(weighed)
         filling_path, mass_path = self._final_networks(samples, weighed)
-        found = [self._test(test, filling_path, mass_path) for test in tests]
+        found = [
+            self._test(name, test, filling_path, mass_path) for name, test in zip(test_names(tests), tests, strict=True)
+        ]
         recordings = self._dataset.table.index
         by_seed = [
             reproduction_rows(
@@ -173,7 +176,7 @@ class Work:
                 preset=self._settings.filling,
                 seeds=range(self._settings.seeds),
                 validation="fold" if is_paper else "inner",
-                trained_on=self._trained_on(),
+                trained_on=self._filling_record,
                 progress=lambda share: self._step("filling", share),
             )
         except ArgumentError as error:
@@ -187,8 +190,15 @@ class Work:
         }
         return predictions, first[first["fold"] == min(losses, key=losses.__getitem__)]
 
-    def _trained_on(self) -> TrainedOn:
-        return training_record(self._dataset, shape=self._settings.shape, features=self._features)
+    @cached_property
+    def _filling_record(self) -> TrainedOn:
+        """What the filling networks keep of their training; called once the features are there."""
+        return training_record(self._dataset, features=self._features)
+
+    @cached_property
+    def _mass_record(self) -> TrainedOn:
+        """What the mass networks keep of theirs, with the parameters of the dimensions."""
+        return training_record(self._dataset, shape=self._settings.shape)
 
     def _mass_rows(self, geometry: pd.DataFrame) -> "list[MassRow]":
         ids = list(geometry["recording_id"])
@@ -212,7 +222,7 @@ class Work:
                 self._settings,
                 self._out / "mass",
                 table=self._dataset.table,
-                trained_on=self._trained_on(),
+                trained_on=self._mass_record,
                 progress=lambda share: self._step("mass", share),
             )
         except ArgumentError as error:
@@ -224,7 +234,7 @@ class Work:
         from corsmal.filling import train_filling  # noqa: PLC0415 - loads PyTorch
 
         self._step("final networks", 0.0)
-        settings, trained_on = self._settings, self._trained_on()
+        settings = self._settings
         key = digest("final", METHOD_VERSION, settings.filling, settings.mass, identity_of(rows))
         folder = self._out / "networks" / key[:KEY_DIGITS]
         paths: list[Path | None] = []
@@ -235,11 +245,11 @@ class Work:
                     place,
                     samples,
                     preset=settings.filling,
-                    trained_on=trained_on,
+                    trained_on=self._filling_record,
                     progress=lambda share: self._step("final networks", share / 2),
                 ),
             ),
-            ("mass", lambda place: final_mass_network(rows, place, settings, trained_on=trained_on)),
+            ("mass", lambda place: final_mass_network(rows, place, settings, trained_on=self._mass_record)),
         ):
             try:
                 paths.append(train(folder / kind))
@@ -248,10 +258,10 @@ class Work:
                 paths.append(None)
         return paths[0], paths[1]
 
-    def _test(self, test: Dataset, filling: Path | None, mass: Path | None) -> TestResult:
+    def _test(self, name: str, test: Dataset, filling: Path | None, mass: Path | None) -> TestResult:
         settings = replace(
             self._estimate_settings(),
             filling=None if filling is None else find_weights("filling", filling),
             mass=None if mass is None else find_weights("mass", mass),
         )
-        return TestResult(test, self._geometry(test, settings, step=f"test {test.name}"))
+        return TestResult(name, test, self._geometry(test, settings, step=f"test {name}"))

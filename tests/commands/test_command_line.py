@@ -3,6 +3,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
+from corsmal import commands
 from corsmal.dataset import open_dataset
 from corsmal.engines import local
 from corsmal.engines.tasks import open_detector
@@ -59,6 +61,15 @@ def run_main(monkeypatch, capsys, *arguments):
         cli.main()
     output = capsys.readouterr()
     return stopped.value.code, (output.out + output.err).strip().splitlines()
+
+
+def test_progress_is_a_line_now_and_then_where_a_bar_cannot_move(monkeypatch, capsys):
+    clock = iter([0, 10, 31, 40, 45, 50])
+    monkeypatch.setattr(commands, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    with commands.progress_bar("recordings") as progress:
+        for done in (1, 2, 3, 4, 4):
+            progress(done, 4)
+    assert capsys.readouterr().err.splitlines() == ["recordings: 2 of 4", "recordings: 4 of 4"]
 
 
 def test_help_lists_the_commands():

@@ -12,8 +12,9 @@ from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation import read_estimates
 from corsmal.runs import reproduce
 from corsmal.runs.reproduction_results import CancelledError
-from corsmal.runs.reproduction_settings import ReproductionSettings, plan
+from corsmal.runs.reproduction_settings import ReproductionSettings, plan, test_names
 from corsmal.store import Store
+from corsmal.weights import read_training
 from tests.tiny import write_tiny_dataset
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
@@ -103,6 +104,17 @@ def test_it_leaves_tables_submission_and_report(made):
     report = found.report.read_text(encoding="utf-8")
     assert "no network was trained on a recording that it is judged on" in report
     assert "a first look, not a result" in report
+
+
+def test_weights_keep_only_what_matters_to_their_estimates(made):
+    found, _, _ = made
+    for kind in ("filling", "mass"):
+        weights = list(found.out.rglob(f"{kind}.safetensors"))
+        assert len(weights) > 1
+        for path in weights:
+            facts = read_training(path, kind)["facts"]
+            assert "means" in facts
+            assert facts.get("shape") == ("paper" if kind == "mass" else None)
 
 
 def test_progress_names_the_steps_in_order_and_ends(made):
@@ -280,3 +292,24 @@ def test_wrong_choices_are_named():
         ReproductionSettings(protocol="none")
     with pytest.raises(ArgumentError, match="seeds"):
         ReproductionSettings(seeds=0)
+
+
+def test_test_sets_in_folders_of_one_name_have_a_submission_each(root, test_root, tmp_path):
+    other = tmp_path / test_root.name
+    shutil.copytree(test_root, other)
+    assert test_names([open_dataset(test_root), open_dataset(other), open_dataset(root)]) == [
+        "TEST-1",
+        "TEST-2",
+        "ROOT",
+    ]
+    with pytest.raises(ArgumentError, match="is named 2 times"):
+        test_names([open_dataset(other), open_dataset(other)])
+    steps = [step.name for step in plan(open_dataset(root), QUICK, [open_dataset(test_root), open_dataset(other)])]
+    assert steps[-3:] == ["test TEST-1", "test TEST-2", "tables"]
+
+
+def test_a_missing_folder_of_features_ends_it_before_anything_is_computed(root, tmp_path):
+    settings = ReproductionSettings(is_quick=True, features=tmp_path / "vggish")
+    with pytest.raises(FileError, match="vggish: there is no such folder of features"):
+        reproduce(root, out=tmp_path / "out", settings=settings, store=Store(tmp_path / "cache"))
+    assert not (tmp_path / "out").exists()
