@@ -5,15 +5,15 @@ import streamlit as st
 from corsmal.stages.settings import left_out_note
 from corsmal.ui import session
 from corsmal.ui.detecting import detection_control, is_detecting
-from corsmal.ui.messages import guarded
-from corsmal.ui.opened import OpenedRecording
-from corsmal.ui.overview import known_when, pictures
-from corsmal.ui.overview.estimating import (
+from corsmal.ui.estimating import (
     estimate_control,
     estimate_settings,
     predictors,
     whole_estimate,
 )
+from corsmal.ui.messages import guarded
+from corsmal.ui.opened import OpenedRecording
+from corsmal.ui.overview import known_when, pictures
 from corsmal.ui.overview.numbers import network_tiles, shape_tiles
 from corsmal.ui.overview.status import computing, left_out, summary
 from corsmal.ui.overview.tiles import Tiles

@@ -12,12 +12,12 @@ from corsmal.stages.estimates import Predictors
 from corsmal.stages.moments import Moment, coarse_to_fine, known_since_s, known_when
 from corsmal.store import Store
 from corsmal.ui import session, shared
+from corsmal.ui.estimating import times_s
 from corsmal.ui.filling import sound
 from corsmal.ui.jobs import Job, progress_text
 from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording
-from corsmal.ui.overview.estimating import times_s
 
 WATCHED = "known_when_job"
 POLL_S = 0.7
