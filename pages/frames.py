@@ -2,6 +2,7 @@
 
 import streamlit as st
 
+from corsmal.parameters import SHAPE_PRESETS
 from corsmal.ui import session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.frames import picture_pins, score_line, score_plot, stepped, view_pictures
@@ -12,7 +13,8 @@ from corsmal.ui.pins import pin_button
 
 st.title("Frames")
 opened = open_detected()
-best = pair_control(opened)
+paper = SHAPE_PRESETS["paper"]
+best = pair_control(opened, opened.estimate(paper), paper)
 
 
 def browse(opened: OpenedRecording) -> None:

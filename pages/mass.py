@@ -4,6 +4,7 @@ import streamlit as st
 
 from corsmal.ui import mass, mass_network, session
 from corsmal.ui.detecting import open_detected
+from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair_and_frame import frame_control, pair_control
@@ -11,9 +12,12 @@ from corsmal.ui.pair_and_frame import frame_control, pair_control
 st.title("Mass")
 opened = open_detected()
 network = mass_network.open_network(opened.recording)
-left, middle, right = st.columns([3, 4, 3])
+found, shape = shape_estimate(opened), session.choice().estimated_shape
+whole, left, middle, right = st.columns([3, 4, 4, 3])
+with whole:
+    estimate_control()
 with left:
-    best = pair_control(opened)
+    best = pair_control(opened, found, shape)
 with middle:
     frame = frame_control(best, frames=opened.frames)
 with right:
@@ -22,11 +26,11 @@ with right:
 
 def mass_panel(opened: OpenedRecording) -> None:
     padding_px = mass_network.dragged_padding_px(plot_event("restoration"), network)
-    fit = opened.fit(best, frame, session.choice().shape)
-    inputs = mass.fitted_inputs(opened, best, fit)
+    shown = mass.estimate_in_frame(opened, found, best, frame, shape)
+    inputs = mass.network_inputs(opened, shown)
     if inputs is None:
         return
-    mask, fitted = inputs
+    (mask, fitted), fit = inputs, shown.fit
     numbers = mass.chosen_numbers(opened, fit, fitted)
     prediction, curves_g = mass.predict(mask, numbers, network=network, axis=axis, padding_px=padding_px)
     mass.object_mass(opened, prediction.mass_g, capacity_ml=numbers["capacity_ml"])
@@ -38,7 +42,7 @@ def mass_panel(opened: OpenedRecording) -> None:
     left, right = st.columns([2, 3])
     with left:
         with_scale = network is not None and network.config.with_scale
-        mass.number_inputs(fit, numbers, fitted, with_scale=with_scale)
+        mass.number_inputs(numbers, fitted, with_scale=with_scale)
     with right:
         mass.sensitivity(opened, numbers, curves_g)
     mass.downloads(opened, prediction, frame=frame)

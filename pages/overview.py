@@ -23,38 +23,38 @@ opened = OpenedRecording(recording)
 heading, control = st.columns([3, 2], vertical_alignment="bottom")
 heading.title("Overview")
 with control:
-    preset = estimate_control()
+    estimate_control()
 status = st.empty()
 is_inspected = bool(opened.detections.views)
 session.keep_frame_within(opened.frames)
 if not is_inspected or is_detecting(opened):
     detection_control(opened)
-tiles = Tiles(preset)
+tiles = Tiles()
 note = st.empty()
 
 with guarded():
     status.caption(computing("shape", "filling", "mass"))
-    settings = estimate_settings(dataset, preset)
-    found = opened.estimate(preset, settings.means)
+    settings = estimate_settings(dataset)
+    found = opened.estimate(settings.shape, settings.means)
     tiles.show(shape_tiles(found, recording.annotation, is_inspected=is_inspected), found)
-    pictures.views(opened, found, preset=preset)
+    pictures.views(opened, found)
     hull, mask, sound = st.columns([4, 3, 3], gap="medium")
     with hull:
-        pictures.hull(opened, found, preset=preset)
+        pictures.hull(opened, found)
 
     status.caption(computing("filling", "mass"))
     found, row = whole_estimate(opened, settings)
     reasons = left_out(settings)
     tiles.show(network_tiles(found, row, recording.annotation, left_out=reasons), found)
     with mask:
-        pictures.mask(opened, found, preset=preset)
+        pictures.mask(opened, found)
     with sound:
-        pictures.heard(opened, found, left_out=reasons.get("filling", ""), preset=preset)
+        pictures.heard(opened, found, left_out=reasons.get("filling", ""))
     if text := left_out_note(dataset, settings):
         note.caption(f":material/info: {text}")
 
     st.subheader("What was known when")
     networks = predictors(settings)
     job = None if is_detecting(opened) else known_when.begin(opened, networks)
-    status.caption(summary(opened, found, preset=preset, job=job))
+    status.caption(summary(opened, found, job=job))
     known_when.panel(opened, networks, found, job)

@@ -1,28 +1,42 @@
-"""The hull: fitted while the sliders move, in 3D, as a profile and over the pictures it was fitted to."""
+"""The shape over the recording, and a frame's hull that follows the sliders: in 3D, as a profile, over the pictures."""
 
 import streamlit as st
 
 from corsmal.parameters import SHAPE_PRESETS
 from corsmal.ui import session
 from corsmal.ui.detecting import open_detected
+from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair_and_frame import frame_control, pair_control
 from corsmal.ui.pins import pin_button
-from corsmal.ui.shape.measures import annotated, annotated_profile_mm, hull_downloads, measures, recording_measures
+from corsmal.ui.shape.measures import (
+    annotated,
+    annotated_profile_mm,
+    frame_problems,
+    hull_downloads,
+    measures,
+)
 from corsmal.ui.shape.parameters import apply_sliders, compared_preset, other_parameters, preset_control
 from corsmal.ui.shape.plots import hull_pins, hull_plots, reprojections
 
 st.title("Shape")
 opened = open_detected()
 truth = annotated(opened.recording)
-left, second, middle, right = st.columns([3, 2, 4, 4])
-with left:
-    preset_control()
+found, estimated, estimate_name = (
+    shape_estimate(opened),
+    session.choice().estimated_shape,
+    session.choice().estimate_name,
+)
+whole, second, third, middle, right = st.columns([3, 3, 2, 4, 4])
+with whole:
+    estimate_control()
 with second:
+    preset_control()
+with third:
     compared = compared_preset()
 with middle:
-    best = pair_control(opened)
+    best = pair_control(opened, found, estimated)
 with right:
     frame = frame_control(best, frames=opened.frames)
 
@@ -33,26 +47,18 @@ def fit_panel(opened: OpenedRecording) -> None:
     shape = session.choice().shape
     fit = opened.fit(best, frame, shape, is_settled=event.settled)
     beside = None if compared is None else (compared, opened.fit(best, frame, SHAPE_PRESETS[compared]))
-    measures(fit, truth=truth, is_inspected=opened.is_inspected(fit.pair, frame), beside=beside)
+    fits = [(session.choice().shape_name, fit), *([] if beside is None else [beside])]
+    measures(found, name=estimate_name, fits=fits, truth=truth)
+    agreements = opened.agreements(fit, best.centre_rule) if event.settled else {}
+    frame_problems(fit, agreements, is_inspected=opened.is_inspected(fit.pair, frame))
     if fit.hull.ok:
         hull = None if beside is None else (beside[0], beside[1].hull)
-        hull_plots(opened, fit, beside=hull, truth_mm=annotated_profile_mm(truth))
-    reprojections(opened, best, fit, frame=frame, points=shape.points)
+        hull_plots(opened, fit, beside=hull, estimated=estimated, truth_mm=annotated_profile_mm(truth))
+    reprojections(opened, best, fit, frame=frame, points=shape.points, agreements=agreements)
     if fit.hull.ok:
         hull_downloads(opened.id, fit)
         pin_button("the hull", lambda: hull_pins(opened, fit), key="hull")
 
 
 show_panel(fit_panel, opened)
-if st.toggle("Estimate over the whole recording, with intervals", help="Preset `tuned`, several frames together."):
-    found = opened.estimate("tuned")
-    recording_measures(found, truth=truth)
-    if found.fit is not None:
-        number, pair = found.fit.frame, found.fit.pair
-        st.button(
-            f"Go to the best-fitting frame ({number})",
-            icon=":material/center_focus_strong:",
-            disabled=number == frame,
-            on_click=lambda: session.choose(frame=number, pair=pair),
-        )
 other_parameters()

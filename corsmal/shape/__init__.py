@@ -4,13 +4,15 @@ from corsmal.shape.circumferences import fit_hull, on_mask
 from corsmal.shape.exporting import MESH_FORMATS, export_mesh, hull_mesh, profile_table
 from corsmal.shape.measuring import capacity_ml, measure_hull
 from corsmal.shape.records import Dimensions, Hull
-from corsmal.shape.sections import circumference_points, silhouettes
+from corsmal.shape.sections import Agreement, agreement, circumference_points, silhouettes
 from corsmal.shape.wall import learn_wall_mm, learn_walls_of_others
 
 __all__ = [
     "MESH_FORMATS",
+    "Agreement",
     "Dimensions",
     "Hull",
+    "agreement",
     "capacity_ml",
     "circumference_points",
     "export_mesh",

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +12,7 @@ from corsmal.shape.box import fit_box
 from corsmal.shape.outlines import Axis, Mask, without_specks
 from corsmal.shape.records import Hull
 from corsmal.shape.revolution import fit_revolution
-from corsmal.shape.sections import silhouettes
+from corsmal.shape.sections import agreement, silhouettes
 
 EXPLAINED_MIN = 0.75
 """A solid that is seen where less of some view's mask is does not explain the views together."""
@@ -55,12 +54,6 @@ def fit_outlines(
 
 def _judged(hull: Hull, cameras: Sequence[Camera], masks: Sequence[Mask]) -> tuple[Hull, float]:
     """The hull with its overlap, and the least share of a mask that its silhouette covers."""
-    overlaps, explained = [], []
-    for mask, solid in zip(masks, silhouettes(hull, cameras), strict=True):
-        left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
-        window = np.s_[top : top + height, left : left + width]
-        shown = np.count_nonzero(mask[window])
-        both = np.count_nonzero(mask[window] & solid[window])
-        overlaps.append(both / (shown + np.count_nonzero(solid) - both))
-        explained.append(both / shown)
-    return replace(hull, overlap=float(np.mean(overlaps))), min(explained)
+    found = [agreement(solid, mask) for mask, solid in zip(masks, silhouettes(hull, cameras), strict=True)]
+    overlap = float(np.mean([each.overlap for each in found]))
+    return replace(hull, overlap=overlap), min(each.explained for each in found)

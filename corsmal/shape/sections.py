@@ -1,10 +1,12 @@
 """Where a hull's circumferences lie in the world, and the silhouettes that they make."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
+from corsmal.errors import ArgumentError
 from corsmal.geometry import Camera, Floats
 from corsmal.shape.outlines import Axis, Mask
 from corsmal.shape.records import Hull
@@ -45,6 +47,50 @@ def silhouettes(hull: Hull, cameras: Sequence[Camera]) -> list[Mask]:
                 cv2.fillConvexPoly(painted, outline, 1, shift=SUBPIXEL_BITS)
         masks.append(painted.astype(np.bool_))
     return masks
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How a hull's silhouette agrees with a mask.
+
+    Args:
+        both: pixels that lie in both.
+        mask: pixels of the mask, at least 1.
+        silhouette: pixels of the silhouette.
+    """
+
+    both: int
+    mask: int
+    silhouette: int
+
+    @property
+    def explained(self) -> float:
+        """The share of the mask that the silhouette covers, 0..1."""
+        return self.both / self.mask
+
+    @property
+    def beyond(self) -> float:
+        """The silhouette's pixels outside the mask, as a share of the mask, 0 or more."""
+        return (self.silhouette - self.both) / self.mask
+
+    @property
+    def overlap(self) -> float:
+        """Intersection over union, 0..1."""
+        return self.both / (self.mask + self.silhouette - self.both)
+
+
+def agreement(silhouette: Mask, mask: Mask) -> Agreement:
+    """How a silhouette agrees with a mask, both (H, W).
+
+    Raises:
+        ArgumentError: the mask is empty.
+    """
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+    if not width:
+        raise ArgumentError("the mask must have a pixel, got an empty one")
+    window = np.s_[top : top + height, left : left + width]
+    both = np.count_nonzero(mask[window] & silhouette[window])
+    return Agreement(both, np.count_nonzero(mask[window]), np.count_nonzero(silhouette))
 
 
 def _ring(hull: Hull, *, points: int) -> Floats:

@@ -16,24 +16,23 @@ from corsmal.ui import session, shared
 from corsmal.ui.caching import cached
 from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording, by_detections
-
-ESTIMATE = "tuned"
-"""The preset of the estimate unless another one is chosen: the one that gives intervals."""
+from corsmal.ui.url import ESTIMATE, SHOWN
 
 
-def estimate_control() -> str:
+def estimate_control() -> None:
     """Choose the preset of the estimate over the whole recording."""
-    st.session_state["estimate_control"] = session.choice().estimate or ESTIMATE
+    current = session.choice().estimate
+    st.session_state["estimate_control"] = current or ESTIMATE
     st.segmented_control(
         "Estimate over the whole recording",
-        list(SHAPE_PRESETS),
+        [*SHAPE_PRESETS, *([SHOWN] if current == SHOWN else [])],
         key="estimate_control",
         required=True,
+        format_func=lambda name: "own values" if name == SHOWN else name,
         on_change=_estimate_chosen,
         help="`tuned`: several frames together, with 90 % intervals. `paper`: the published method, from the best "
         "frame. `lode`: the method that it is based on.",
     )
-    return str(st.session_state["estimate_control"])
 
 
 def _estimate_chosen() -> None:
@@ -41,13 +40,23 @@ def _estimate_chosen() -> None:
     session.choose(estimate=None if name == ESTIMATE else name)
 
 
-def estimate_settings(dataset: Dataset, preset: str) -> EstimateSettings:
-    """What a run of a preset is made with; without networks, and with the reason on the page, if one cannot be read."""
+def estimate_settings(dataset: Dataset) -> EstimateSettings:
+    """What a run with the estimate's parameters is made with.
+
+    Where a network cannot be read it is left out, with the reason on the page.
+    """
+    shape = session.choice().estimated_shape
     try:
-        return default_settings(dataset, shape=SHAPE_PRESETS[preset])
+        return default_settings(dataset, shape=shape)
     except CorsmalError as error:
         st.error(plain(str(error)), icon=":material/error:")
-        return EstimateSettings(SHAPE_PRESETS[preset])
+        return EstimateSettings(shape)
+
+
+def shape_estimate(opened: OpenedRecording) -> Estimate:
+    """The geometry over the whole recording, the same on every page."""
+    settings = estimate_settings(session.opened()[0])
+    return opened.estimate(settings.shape, settings.means)
 
 
 def _by_weights(settings: EstimateSettings) -> tuple[object, ...]:

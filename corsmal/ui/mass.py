@@ -15,10 +15,9 @@ from corsmal.figures.report import Pin
 from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
 from corsmal.mass import AxisRule, MassPrediction, filling_mass_g
-from corsmal.parameters import FRONTAL_VIEW
+from corsmal.parameters import FRONTAL_VIEW, ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame
-from corsmal.ui import session
 from corsmal.ui.amounts import filling_text, grams, mass_error, measure, total
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.filling import sound
@@ -48,10 +47,27 @@ INPUTS = {
 }
 
 
-def fitted_inputs(opened: OpenedRecording, best: BestFrame, fit: Fit) -> tuple[Mask, Numbers] | None:
-    """The container's mask, and the numbers of a fit, None where it failed; without a mask the page says why."""
+def estimate_in_frame(
+    opened: OpenedRecording, found: Estimate, best: BestFrame, frame: int, shape: ShapeParameters
+) -> Estimate:
+    """The estimate over the recording in the frame that it tells the mass from; in others what the frame's fit says.
+
+    Args:
+        opened: the recording.
+        found: its estimate.
+        best: the chosen pair of views.
+        frame: the shown frame.
+        shape: parameters of both.
+    """
+    if found.fit is not None and (found.fit.pair, found.fit.frame) == (best.pair, frame):
+        return found
+    fit = opened.fit(best, frame, shape)
     measures: dict[str, Any] = {name: getattr(fit.dimensions, name) for name in GEOMETRY}
-    found = Estimate(opened.id, "fitted", **measures, best_frame=best, fit=fit, notes=())
+    return Estimate(opened.id, "fitted", **measures, best_frame=best, fit=fit, notes=())
+
+
+def network_inputs(opened: OpenedRecording, found: Estimate) -> tuple[Mask, Numbers] | None:
+    """The container's mask and the numbers, None where the fit failed; without a mask the page says why."""
     try:
         inputs = mass_inputs(found, opened) or {}
     except NotFoundError as error:
@@ -61,12 +77,12 @@ def fitted_inputs(opened: OpenedRecording, best: BestFrame, fit: Fit) -> tuple[M
             icon=":material/search_off:",
         )
         return None
-    return inputs.pop("mask"), inputs | {"capacity_ml": measures["capacity_ml"]}
+    return inputs.pop("mask"), inputs | {"capacity_ml": found.capacity_ml}
 
 
 def chosen_numbers(opened: OpenedRecording, fit: Fit, fitted: Numbers) -> Numbers:
     """The numbers as the user typed them over the fit's; those of another fit are forgotten."""
-    identity = (opened.id, fit.pair, fit.frame, session.choice().shape, tuple(fitted.values()))
+    identity = (opened.id, fit.pair, fit.frame, tuple(fitted.values()))
     if st.session_state.get(TYPED, (None,))[0] != identity:
         st.session_state[TYPED] = identity, fitted
     return dict(st.session_state[TYPED][1])
@@ -154,7 +170,7 @@ def pictures(opened: OpenedRecording, mask: Mask, prediction: MassPrediction, *,
     pin_button("the masks", lambda: [Pin(title, go.Figure(figure))], key="masks")
 
 
-def number_inputs(fit: Fit, numbers: Numbers, fitted: Numbers, *, with_scale: bool) -> None:
+def number_inputs(numbers: Numbers, fitted: Numbers, *, with_scale: bool) -> None:
     """The numbers that the masses depend on, to be typed over."""
     st.markdown("**What the mass estimates depend on**")
     state = st.session_state
@@ -176,7 +192,7 @@ def number_inputs(fit: Fit, numbers: Numbers, fitted: Numbers, *, with_scale: bo
             args=(name, key),
         )
     st.button(
-        f"Back to the fit of {' + '.join(fit.pair)} in frame {fit.frame}",
+        "Back to what was measured",
         icon=":material/undo:",
         disabled=numbers == fitted,
         on_click=lambda: state.pop(TYPED, None),

@@ -68,7 +68,7 @@ def dragged_padding_px(event: PlotEvent, network: "MassPredictor | None") -> int
 
 def trained_otherwise(network: "MassPredictor", *, axis: AxisRule, padding_px: int) -> None:
     """Say where the choices on the page are not those that the network was trained with."""
-    shape, trained_with = session.choice().shape, trained_shape(network.trained_on)
+    shape, trained_with = session.choice().estimated_shape, trained_shape(network.trained_on)
     trained, config = [], network.config
     if axis != config.axis:
         trained.append(f"the axis from `{config.axis}`")

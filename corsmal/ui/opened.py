@@ -12,11 +12,12 @@ from corsmal.dataset import Recording, Video
 from corsmal.detection import ViewDetections, filter_detections
 from corsmal.digests import digest, file_fingerprint
 from corsmal.errors import CorsmalError, NotFoundError
-from corsmal.estimation import Estimate, Fit, RecordingMasks, TrainingMeans, fit_masks
+from corsmal.estimation import Estimate, Fit, RecordingMasks, TrainingMeans, choose_frames, fit_masks
 from corsmal.figures import draw_detections, jpeg
 from corsmal.geometry import Camera
-from corsmal.parameters import METHOD_VIEWS, PAIRS, SHAPE_PRESETS, CentreRule, ShapeParameters
-from corsmal.selection import BestFrame, Pair, select_best_frame
+from corsmal.parameters import METHOD_VIEWS, CentreRule, ShapeParameters
+from corsmal.selection import BestFrame, Pair
+from corsmal.shape import Agreement, agreement, silhouettes
 from corsmal.stages.detections import DetectionSet, load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.fits import load_fit
@@ -82,21 +83,15 @@ class OpenedRecording:
         return RecordingMasks(self.recording, self.detections.views)
 
     @cached(64, key=by_detections, spinner="Scoring the frames")
-    def best_frame(self, pair: Pair) -> BestFrame:
-        """The best frame of a pair, with all scores."""
-        return select_best_frame(self.detections.views, pair=pair)
+    def best_frame(self, pair: Pair, shape: ShapeParameters) -> BestFrame:
+        """The best frame of a pair, with all scores, by the rule with which ``shape`` chooses the container."""
+        return choose_frames(self.detections.views, pair=pair, shape=shape)[0]
 
     @cached(64, key=by_detections)
-    def estimate(self, preset: str, means: TrainingMeans | None = None) -> Estimate:
-        """The geometry of the recording with a preset, without networks; ``means`` stand in where nothing fits."""
-        predictors = Predictors(SHAPE_PRESETS[preset], means)
+    def estimate(self, shape: ShapeParameters, means: TrainingMeans | None = None) -> Estimate:
+        """The geometry of the recording, without networks; ``means`` stand in where nothing fits."""
+        predictors = Predictors(shape, means)
         return kept_estimate(self.recording, self.detections, predictors, store=shared.store(), source=self)
-
-    @property
-    def estimated_pair(self) -> Pair:
-        """The pair of views that the estimate takes; the first pair where it finds none."""
-        best = self.estimate("paper").best_frame
-        return PAIRS[0] if best is None else best.pair
 
     @cached(24)
     def video(self, view: str) -> Video:
@@ -170,6 +165,14 @@ class OpenedRecording:
     def is_inspected(self, pair: Pair, frame: int) -> bool:
         """Whether a detector has inspected the frame in both views, or a file says what is in it."""
         return all(frame in self.detections.views.get(name, ()) for name in pair)
+
+    def agreements(self, fit: Fit, centre_rule: CentreRule) -> dict[str, Agreement]:
+        """How the silhouettes of a fit's hull agree with the masks, by view of its pair; none where nothing fitted."""
+        if not fit.hull.ok or fit.frame is None:
+            return {}
+        seen = silhouettes(fit.hull, [self.camera(name) for name in fit.pair])
+        masks = [self.mask(name, fit.frame, centre_rule) for name in fit.pair]
+        return {name: agreement(*each) for name, *each in zip(fit.pair, seen, masks, strict=True)}
 
     def fit(self, best: BestFrame, frame: int, shape: ShapeParameters, *, is_settled: bool = True) -> Fit:
         """The hull of a pair in one frame; nothing is kept of one that was fitted while something is dragged."""

@@ -3,20 +3,28 @@
 import streamlit as st
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
-from corsmal.parameters import PAIRS
+from corsmal.estimation import Estimate
+from corsmal.parameters import PAIRS, ShapeParameters
 from corsmal.selection import BestFrame
 from corsmal.ui import session
 from corsmal.ui.opened import OpenedRecording
 
 
-def pair_control(opened: OpenedRecording) -> BestFrame:
+def pair_control(opened: OpenedRecording, found: Estimate, shape: ShapeParameters) -> BestFrame:
     """Choose the pair of views; at first the one that the estimate takes.
 
+    Args:
+        opened: the recording.
+        found: an estimate over the recording.
+        shape: its parameters.
+
     Returns:
-        The best frame of the pair.
+        The best frame of the pair: where the estimate took the pair, the frame that it took.
     """
-    selections = {pair: opened.best_frame(pair) for pair in PAIRS}
-    pair = session.choice().pair or opened.estimated_pair
+    selections = {pair: opened.best_frame(pair, shape) for pair in PAIRS}
+    if found.best_frame is not None:
+        selections[found.best_frame.pair] = found.best_frame
+    pair = session.choice().pair or (PAIRS[0] if found.best_frame is None else found.best_frame.pair)
     key = _key_showing("pair", pair)
     st.segmented_control(
         "Pair of views",

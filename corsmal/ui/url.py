@@ -17,6 +17,9 @@ from corsmal.selection import Pair
 
 HEIGHT_LIMIT_MM = 2000.0
 
+ESTIMATE, SHOWN = "tuned", "shown"
+"""The estimate over the whole recording: the preset unless another is chosen, and what says that it has ``shape``."""
+
 
 class Number(NamedTuple):
     """A number of the fit: its name in the address, its label, and its range on the page and in the address."""
@@ -117,7 +120,7 @@ class Choice:
         shape: parameters of the fit.
         crop_s: start and end of the filling network's input, in hundredths of a second; None: the whole.
         channel: microphone that is drawn and played, from 0; None: the mean of all.
-        estimate: preset of the estimate over the whole recording; None: ``tuned``, which gives intervals.
+        estimate: preset of the estimate over the whole recording, or ``SHOWN``; None: ``tuned``, which gives intervals.
     """
 
     recording: str | None = None
@@ -135,9 +138,30 @@ class Choice:
         return min(alike, key=lambda name: len(_differences(self.shape, SHAPE_PRESETS[name])))
 
     @property
+    def shape_name(self) -> str:
+        """The parameters of the fit, for people."""
+        return self.preset if self.is_preset else f"{self.preset}, own values"
+
+    @property
+    def estimate_name(self) -> str:
+        """The parameters of the estimate over the whole recording, for people."""
+        return self.shape_name if self.estimate == SHOWN else self.estimate or ESTIMATE
+
+    @property
+    def estimated_shape(self) -> ShapeParameters:
+        """The parameters of the estimate over the whole recording."""
+        return self.shape if self.estimate == SHOWN else SHAPE_PRESETS[self.estimate or ESTIMATE]
+
+    @property
     def is_preset(self) -> bool:
         """Whether the parameters are exactly a preset's."""
         return self.shape == SHAPE_PRESETS[self.preset]
+
+
+def estimate_of(shape: ShapeParameters) -> str | None:
+    """What ``Choice.estimate`` is where the shown parameters are also those of the estimate."""
+    name = next((name for name, preset in SHAPE_PRESETS.items() if preset == shape), SHOWN)
+    return None if name == ESTIMATE else name
 
 
 def to_params(choice: Choice) -> dict[str, str]:
@@ -242,7 +266,7 @@ FIELDS: dict[str, tuple[str, Callable[[str], Any], Callable[[Any], str]]] = {
     "pair": ("pair", _pair, "-".join),
     "frame": ("frame", _frame, str),
     "crop": ("crop_s", _crop, lambda crop_s: "-".join(f"{end_s:.2f}" for end_s in crop_s)),
-    "estimate": ("estimate", _preset, str),
+    "estimate": ("estimate", lambda text: text if text == SHOWN else _preset(text), str),
     "ch": ("channel", lambda text: Number("ch", "", 1, CHANNELS, 1).parse(text) - 1, lambda channel: str(channel + 1)),
 }
 """By name in the address: the field of a choice, and how it is read and written."""

@@ -16,6 +16,8 @@ from streamlit.runtime.scriptrunner_utils.script_requests import RerunData
 from streamlit.testing.v1 import AppTest, local_script_runner
 from streamlit.util import calc_hash
 
+from corsmal.quantities import BY_NAME, GEOMETRY
+
 APP = Path(__file__).resolve().parents[2] / "app.py"
 PAGES = {
     name: f"pages/{name}.py" for name in ("overview", "recordings", "frames", "shape", "filling", "mass", "evaluation")
@@ -136,6 +138,13 @@ class Visitor:
     def metrics(self) -> dict[str, str]:
         """The page's measures by label."""
         return {metric.label: metric.value for metric in self.test.metric}
+
+    @property
+    def frame_measures(self) -> dict[str, str]:
+        """The *Shape* page's measures of the shown frame by label, without the compared ones."""
+        texts = [caption.value for caption in self.test.caption if "this frame" in caption.value]
+        found = [re.findall(r"this frame, `.*?`: \*\*(.*?)\*\*", text)[0] for text in texts]
+        return dict(zip((BY_NAME[name].label for name in GEOMETRY), found, strict=False))
 
     @property
     def plots(self) -> dict[str, dict[str, Any]]:

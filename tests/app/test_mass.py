@@ -52,7 +52,7 @@ def page(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def visitor(sound_root: Path) -> Visitor:
-    return Visitor(sound_root).open("mass")
+    return Visitor(sound_root, estimate="paper").open("mass")
 
 
 @pytest.fixture
@@ -96,7 +96,17 @@ def test_page_opens_with_the_networks_answer_at_the_best_frame(
     assert look.metrics["Filling mass"] == "0 g"
     assert look.metrics["Object mass"] == look.metrics["Container mass"]
     assert look.plots == {"restoration", "mass_sensitivity"}
-    assert list(visitor.address) == ["recording"]
+    assert list(visitor.address) == ["recording", "estimate"]
+
+
+def test_masses_are_the_overviews_until_another_frame_is_shown(sound_root: Path) -> None:
+    visitor = Visitor(sound_root)
+    overview = visitor.open("overview").metrics
+    visitor.open("mass")
+    assert visitor.metrics == {label: overview[label] for label in visitor.metrics}
+    before = visitor.test.number_input(key="mass_capacity_ml").value
+    visitor.choose("frame_control", 0)
+    assert visitor.test.number_input(key="mass_capacity_ml").value != before
 
 
 def test_masses_stand_beside_the_truth(visitor: Visitor) -> None:
@@ -141,7 +151,7 @@ def test_typed_number_changes_the_mass_until_it_is_given_back(
     visitor.choose("mass_height_mm", 300.0)
     assert visitor.metrics["Container mass"] == grams(predicted_g(weights, fitted, height_mm=300.0))
     assert visitor.metrics != first
-    visitor.press(f"Back to the fit of view3 + view1 in frame {BEST}")
+    visitor.press("Back to what was measured")
     assert visitor.metrics == first
     assert visitor.test.number_input(key="mass_height_mm").value == fitted["height_mm"]
 
@@ -183,7 +193,7 @@ def test_frame_without_a_container_says_so(root: Path) -> None:
     path = root / "view3" / "detections" / "000000.json"
     entries = json.loads(path.read_text(encoding="utf-8"))
     path.write_text(json.dumps([entry for entry in entries if entry["image_id"] != 2]), encoding="utf-8")
-    visitor = Visitor(root, frame="2").open("mass")
+    visitor = Visitor(root, frame="2", estimate="paper").open("mass")
     assert visitor.crashes == visitor.errors == visitor.warnings == []
     assert "view3 has no container in frame 2: there is no mask to predict from." in visitor.sentences
     assert visitor.metrics == visitor.plots == {}
@@ -198,7 +208,7 @@ def test_recording_without_detections_offers_to_detect(tiny_dataset_root: Path) 
 
 def test_failed_fit_lets_the_numbers_be_typed(root: Path, weights: Path, fitted: dict[str, Any]) -> None:
     (root / "view1" / "calib" / "000000.pickle").unlink()
-    visitor = Visitor(root, pair="view3-view1").open("mass")
+    visitor = Visitor(root, pair="view3-view1", estimate="paper").open("mass")
     assert visitor.crashes == visitor.errors == []
     assert "failed" in visitor.warnings[0]
     assert "Type the dimensions below" in visitor.warnings[0]
@@ -214,7 +224,7 @@ def test_mask_that_cannot_be_restored_is_shown_as_it_is(root: Path) -> None:
     line = np.zeros(SIZE[::-1], dtype=bool)
     line[180, 300:340] = True
     write_json(root / "view3" / "detections" / "000000.json", [coco_result(2, line, category=CUP, score=0.9)])
-    visitor = Visitor(root, frame="2").open("mass")
+    visitor = Visitor(root, frame="2", estimate="paper").open("mass")
     assert visitor.crashes == visitor.errors == []
     assert visitor.warnings[-1] == "Nothing was restored: the mask is a single row of pixels."
     assert panels(visitor)["Restored"] == "no axis: nothing added"
@@ -228,7 +238,7 @@ def test_weights_that_cannot_be_used_leave_the_pictures(
     if content is not None:
         path.write_bytes(content)
     monkeypatch.setenv("CORSMAL_MASS_WEIGHTS", str(path))
-    visitor = Visitor(sound_root).open("mass")
+    visitor = Visitor(sound_root, estimate="paper").open("mass")
     assert visitor.crashes == visitor.warnings == []
     assert len(visitor.errors) == 1
     assert visitor.errors[0].startswith(f"{path}: is not a file of the mass network's weights; train one")
@@ -239,11 +249,11 @@ def test_weights_that_cannot_be_used_leave_the_pictures(
 def test_demos_weights_are_called_a_guess_on_recordings_without_a_truth(
     root: Path, weights: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert "synthetic" not in Visitor(root).open("mass").sentences
+    assert "synthetic" not in Visitor(root, estimate="paper").open("mass").sentences
     monkeypatch.setattr("corsmal.weights.bundled_path", lambda _kind: weights)
-    assert "trained on **synthetic** containers only" in Visitor(root).open("mass").sentences
+    assert "trained on **synthetic** containers only" in Visitor(root, estimate="paper").open("mass").sentences
     write_truth(root, np.ones((6, 2, 2), dtype=bool))
-    assert "synthetic" not in Visitor(root).open("mass").sentences
+    assert "synthetic" not in Visitor(root, estimate="paper").open("mass").sentences
 
 
 def write_truth(root: Path, amodal: NDArray[np.bool_]) -> None:
@@ -261,7 +271,7 @@ def test_restoration_is_judged_where_there_is_a_truth(root: Path, fitted: dict[s
     seen = fitted["mask"]
     amodal = seen | np.roll(seen, 4, axis=1)
     write_truth(root, np.repeat(amodal[None], 6, axis=0))
-    visitor = Visitor(root).open("mass")
+    visitor = Visitor(root, estimate="paper").open("mass")
     assert visitor.crashes == visitor.errors == []
     before = (seen & amodal).sum() / (seen | amodal).sum()
     assert panels(visitor)["Against the truth"].startswith(f"IoU {before:.3f} before, ")
@@ -271,7 +281,7 @@ def test_broken_truth_is_named_and_left_out(root: Path) -> None:
     write_truth(root, np.ones((6, 2, 2), dtype=bool))
     path = root / "truth" / "amodal" / "view3" / "000000.parquet"
     path.write_bytes(b"no table")
-    visitor = Visitor(root).open("mass")
+    visitor = Visitor(root, estimate="paper").open("mass")
     assert visitor.crashes == []
     assert visitor.errors == [f"{path}: is broken; delete it and make the recording again"]
     assert "Against the truth" not in panels(visitor)
@@ -285,7 +295,7 @@ def test_downloads_hold_the_pictures(sound_root: Path, fitted: dict[str, Any], m
         return False
 
     monkeypatch.setattr(DeltaGenerator, "download_button", remember)
-    visitor = Visitor(sound_root).open("mass")
+    visitor = Visitor(sound_root, estimate="paper").open("mass")
     name = f"000000_view3_frame{BEST}"
     assert list(offered) == [f"{name}_restored.png", f"{name}_input.png"]
     read = [cv2.imdecode(np.frombuffer(make(), np.uint8), cv2.IMREAD_UNCHANGED) for make in offered.values()]
@@ -302,7 +312,7 @@ def test_network_that_wants_the_scale_is_given_it(
     path = tmp_path / "tuned.safetensors"
     save_mass(path, model)
     monkeypatch.setenv("CORSMAL_MASS_WEIGHTS", str(path))
-    visitor = Visitor(sound_root).open("mass")
+    visitor = Visitor(sound_root, estimate="paper").open("mass")
     assert visitor.metrics["Container mass"] == grams(predicted_g(path, fitted))
     assert visitor.test.number_input(key="mass_mm_per_px").value == pytest.approx(fitted["mm_per_px"])
     assert panels(visitor)["Network input"] == "112 × 112 px, to scale"

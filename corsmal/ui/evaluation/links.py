@@ -14,6 +14,7 @@ from corsmal.runs.run import Run
 from corsmal.ui import session
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.messages import plain
+from corsmal.ui.url import estimate_of
 
 FOCUS = "evaluation_focus"
 STAGE_PAGES = {quantity.metric: quantity.stage for quantity in QUANTITIES} | {"failures": "frames"}
@@ -128,9 +129,11 @@ def open_recording(run: Run, recording: str, *, metric: str) -> None:
     """Go to the page of the stage that a number comes from, with the run's parameters, frame and pair."""
     row = next((row for row in run.rows if row["recording_id"] == recording), {})
     pair = tuple(str(row.get("pair") or "").split(" + "))
+    shape = run.settings.shape
     session.choose(
         recording=recording,
-        shape=run.settings.shape,
+        shape=shape,
+        estimate=estimate_of(shape),
         frame=row.get("best_frame"),
         pair=pair if pair in PAIRS else None,
         crop_s=None,

@@ -21,13 +21,13 @@ VIEWS = {"view1": "left of the robot", "view3": "frontal", "view2": "right of th
 HEIGHT_PX = 330
 
 
-def views(opened: OpenedRecording, found: Estimate, *, preset: str) -> None:
+def views(opened: OpenedRecording, found: Estimate) -> None:
     """The three views at the best frame, with their masks."""
     best = found.best_frame
     frame = 0 if best is None or best.frame is None else best.frame
     names = [name for name in VIEWS if name in opened.recording.views]
     label = f"Frame {frame}: none is the best yet" if best is None else f"Best frame {frame}{_time(opened, frame)}"
-    page_link(label, "frames", found, preset=preset)
+    page_link(label, "frames", found)
     for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
         with column, guarded():
             st.image(opened.picture(name, frame, "none" if best is None else best.centre_rule), width="stretch")
@@ -40,9 +40,9 @@ def _time(opened: OpenedRecording, frame: int) -> str:
     return "" if clock is None or not clock[1] else f", {frame / clock[1]:.2f} s"
 
 
-def hull(opened: OpenedRecording, found: Estimate, *, preset: str) -> None:
+def hull(opened: OpenedRecording, found: Estimate) -> None:
     """The hull of the best-fitting frame."""
-    page_link("Hull", "shape", found, preset=preset)
+    page_link("Hull", "shape", found)
     if found.fit is None or not found.fit.hull.ok:
         st.caption(plain("; ".join(found.notes)) or "Nothing was fitted.")
         return
@@ -55,9 +55,9 @@ def hull(opened: OpenedRecording, found: Estimate, *, preset: str) -> None:
     )
 
 
-def mask(opened: OpenedRecording, found: Estimate, *, preset: str) -> None:
+def mask(opened: OpenedRecording, found: Estimate) -> None:
     """The mask that the container's mass is predicted from, restored."""
-    page_link("Mask, restored by symmetry", "mass", found, preset=preset)
+    page_link("Mask, restored by symmetry", "mass", found)
     if found.fit is None or found.fit.frame is None or found.best_frame is None:
         st.caption("There is no mask without a fit.")
         return
@@ -74,9 +74,9 @@ def mask(opened: OpenedRecording, found: Estimate, *, preset: str) -> None:
         )
 
 
-def heard(opened: OpenedRecording, found: Estimate, *, left_out: str, preset: str) -> None:
+def heard(opened: OpenedRecording, found: Estimate, *, left_out: str) -> None:
     """The sound, and the probabilities and logits that it gave."""
-    page_link("Sound", "filling", found, preset=preset)
+    page_link("Sound", "filling", found)
     try:
         st.audio(sound.wav(opened, session.choice().channel, None))
     except CorsmalError as error:

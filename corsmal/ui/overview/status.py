@@ -2,6 +2,7 @@
 
 from corsmal.estimation import Estimate
 from corsmal.stages.settings import EstimateSettings
+from corsmal.ui import session
 from corsmal.ui.jobs import Job
 from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording
@@ -15,10 +16,13 @@ def computing(*parts: str) -> str:
     return f"{COMPUTING}{', '.join(parts)} …"
 
 
-def summary(opened: OpenedRecording, found: Estimate, *, preset: str, job: Job | None) -> str:
+def summary(opened: OpenedRecording, found: Estimate, *, job: Job | None) -> str:
     """What the numbers are from, once they are there."""
     sources = sorted({view.source for view in opened.detections.views.values()})
-    facts = [f"preset `{preset}`", found.status if found.fit is not None else "nothing was fitted"]
+    facts = [
+        f"preset `{session.choice().estimate_name}`",
+        found.status if found.fit is not None else "nothing was fitted",
+    ]
     if sources:
         inspected = max(len(view) for view in opened.detections.views.values())
         facts.append(f"{inspected} of {opened.frames} frames inspected by {plain('; '.join(sources))}")

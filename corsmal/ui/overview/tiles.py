@@ -6,7 +6,6 @@ import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
 from corsmal.estimation import Estimate
-from corsmal.parameters import SHAPE_PRESETS
 from corsmal.ui import session
 from corsmal.ui.messages import plain
 from corsmal.ui.overview.numbers import PENDING, Tile
@@ -21,14 +20,9 @@ PER_ROW = 4
 
 
 class Tiles:
-    """All numbers side by side; each is filled in when it is known.
+    """All numbers side by side; each is filled in when it is known."""
 
-    Args:
-        preset: of the estimate, with which the other pages are opened.
-    """
-
-    def __init__(self, preset: str) -> None:
-        self._preset = preset
+    def __init__(self) -> None:
         columns = [
             column
             for first in range(0, len(PENDING), PER_ROW)
@@ -46,7 +40,7 @@ class Tiles:
         """Fill in numbers of an estimate."""
         for tile in tiles:
             with self._slots[tile.label].container(border=True, gap=None):
-                page_link(tile.label, tile.page, found, preset=self._preset)
+                page_link(tile.label, tile.page, found)
                 _number(tile)
 
 
@@ -62,14 +56,13 @@ def _number(tile: Tile) -> None:
     st.caption(plain(tile.verdict) or "&nbsp;")
 
 
-def page_link(label: str, page: str, found: Estimate | None, *, preset: str) -> None:
-    """A link to a page, at the frame and pair that an estimate is from and with its preset.
+def page_link(label: str, page: str, found: Estimate | None) -> None:
+    """A link to a page, at the frame and pair that an estimate is from and with its parameters.
 
     Args:
         label: what is explained there.
         page: its file's name.
         found: the estimate; without a fit the page opens at its own best frame.
-        preset: of the estimate.
     """
     opens = st.button(
         label,
@@ -81,7 +74,7 @@ def page_link(label: str, page: str, found: Estimate | None, *, preset: str) -> 
     if opens:
         fit = None if found is None else found.fit
         session.choose(
-            shape=SHAPE_PRESETS[preset],
+            shape=session.choice().estimated_shape,
             frame=None if fit is None else fit.frame,
             pair=None if fit is None else fit.pair,
             crop_s=None,

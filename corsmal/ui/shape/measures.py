@@ -1,6 +1,6 @@
 """What was measured of a container, beside the truth, and its downloads."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import streamlit as st
@@ -8,10 +8,14 @@ import streamlit as st
 from corsmal.dataset import Recording
 from corsmal.estimation import Estimate, Fit
 from corsmal.quantities import BY_NAME, DIMENSIONS, GEOMETRY
-from corsmal.shape import MESH_FORMATS, export_mesh, profile_table
+from corsmal.shape import MESH_FORMATS, Agreement, export_mesh, profile_table
 from corsmal.ui.amounts import amount, measure, percent_error
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.messages import plain
+
+POOR_OVERLAP = 0.8
+"""Of 26 frames of recording 000618, hulls that agree less than this with the masks are off by 14 % on average (mean of
+the four quantities), the others by 8 %."""
 
 
 def annotated(recording: Recording) -> dict[str, float]:
@@ -27,57 +31,74 @@ def annotated_profile_mm(truth: Mapping[str, float]) -> tuple[float, float, floa
     return truth["width_bottom_mm"], truth["width_top_mm"], truth["height_mm"]
 
 
-def measures(
-    fit: Fit, *, truth: Mapping[str, float], is_inspected: bool = True, beside: tuple[str, Fit] | None = None
-) -> None:
-    """The four quantities of a fit, each with its error against the annotation, and those of another fit under them.
+def measures(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fit]], truth: Mapping[str, float]) -> None:
+    """The four quantities: of the whole recording, and below each those of single frames and how far they are from it.
 
     Args:
-        fit: the fit.
+        found: the estimate over the whole recording.
+        name: of its parameters.
+        fits: fits of the shown frame with the names of their parameters; those that failed are left out.
         truth: from ``annotated``.
-        is_inspected: whether a detector has inspected the frame in both views.
-        beside: another fit and its name.
     """
+    for column, quantity in zip(st.columns(4), GEOMETRY, strict=True):
+        value, true = getattr(found, quantity), truth.get(quantity)
+        shown = "–" if value is None else amount(quantity, value)
+        measure(column, BY_NAME[quantity].label, shown, _sureness(found, quantity, name))
+        lines = ["no annotation" if true is None else f"annotated {amount(quantity, true)}{_off(value, true)}"]
+        for parameters, fit in fits:
+            if fit.ok:
+                single: float = getattr(fit.dimensions, quantity)
+                lines.append(f"this frame, `{parameters}`: **{amount(quantity, single)}**{_off(single, value)}")
+        column.caption("  \n".join(lines))
+    if found.fit is None:
+        st.caption(f":material/search_off: Whole recording: {plain('; '.join(found.notes)) or 'nothing was fitted'}")
+
+
+def _sureness(found: Estimate, quantity: str, name: str) -> str:
+    """What the number of the whole recording is from, and its interval."""
+    if found.fit is None:
+        return "not fitted" if getattr(found, quantity) is None else "training mean"
+    if quantity not in found.intervals:
+        return f"whole recording, {name}: frame {found.fit.frame}"
+    low, high = found.intervals[quantity]
+    return f"whole recording, {name}: {low:.0f}–{high:.0f} {BY_NAME[quantity].unit} (90 %)"
+
+
+def _off(value: float | None, other: float | None) -> str:
+    return "" if value is None or not other else f", {percent_error(value, other)}"
+
+
+def frame_problems(fit: Fit, agreements: Mapping[str, Agreement], *, is_inspected: bool) -> None:
+    """Why there is no fit of the shown frame, or why not to trust it.
+
+    Args:
+        fit: of the shown frame.
+        agreements: of its silhouettes with the masks, by view; empty while something is dragged.
+        is_inspected: whether a detector has inspected the frame in both views.
+    """
+    where = f"{' + '.join(fit.pair)} in frame {fit.frame}"
     if not is_inspected:
         st.info(
-            plain(f"No detections of {' + '.join(fit.pair)} in frame {fit.frame} yet: there is nothing to fit.")
-            + " Inspect the frame, or choose an inspected one.",
+            f"No detections of {where} yet: there is nothing to fit. Inspect the frame, or choose an inspected one.",
             icon=":material/search:",
         )
-        return
-    if not fit.ok:
-        st.error(
-            plain(f"The fit of {' + '.join(fit.pair)} in frame {fit.frame} failed: {fit.dimensions.reason}.")
-            + " Try another frame or the other pair.",
-            icon=":material/error:",
+    elif not fit.ok:
+        st.warning(
+            f"The fit of {where} failed: {plain(fit.dimensions.reason)}. Try another frame or the other pair.",
+            icon=":material/search_off:",
         )
-        return
-    for column, name in zip(st.columns(4), GEOMETRY, strict=True):
-        value, true = getattr(fit.dimensions, name), truth.get(name)
-        note = f"{percent_error(value, true)} of {BY_NAME[name].text(true)}" if true else "no annotation"
-        measure(column, BY_NAME[name].label, amount(name, value), note)
-        if beside is not None and beside[1].ok:
-            value = getattr(beside[1].dimensions, name)
-            note = f", {percent_error(value, true)}" if true else ""
-            column.caption(plain(f"{beside[0]}: {amount(name, value)}{note}"))
-    if fit.hull.depth_mm is not None:
+    elif agreements:
+        overlap = sum(each.overlap for each in agreements.values()) / len(agreements)
+        if overlap < POOR_OVERLAP:
+            shares = ", ".join(f"{each.explained:.0%} of {view}'s" for view, each in agreements.items())
+            beyond = ", ".join(f"{each.beyond:.0%}" for each in agreements.values())
+            st.caption(
+                f":material/warning: **A poor fit**: the hull explains {shares} mask pixels and covers {beyond} beyond "
+                f"the masks (overlap {overlap:.0%}). The whole recording counts more than this frame."
+            )
+    if fit.ok and fit.hull.depth_mm is not None:
         depth = amount("height_mm", fit.hull.depth_mm)
         st.caption(f"A box: the silhouettes agree better with one than with a round container; {depth} deep.")
-    if beside is not None and not beside[1].ok:
-        st.caption(plain(f"{beside[0]} failed: {beside[1].dimensions.reason}"))
-
-
-def recording_measures(found: Estimate, *, truth: Mapping[str, float]) -> None:
-    """The four quantities of an estimate over several frames, with their 90 % intervals."""
-    if found.fit is None:
-        st.info(plain("; ".join(found.notes)), icon=":material/search_off:")
-        return
-    for column, name in zip(st.columns(4), GEOMETRY, strict=True):
-        value, true = getattr(found, name), truth.get(name)
-        low, high = found.intervals.get(name, (value, value))
-        note = f"90 % interval {low:.0f}–{high:.0f} {BY_NAME[name].unit}"
-        note += f"; error {percent_error(value, true)}" if true else ""
-        measure(column, f"{BY_NAME[name].label}, whole recording", amount(name, value), note)
 
 
 def hull_downloads(recording_id: str, fit: Fit) -> None:

@@ -8,10 +8,10 @@ from typing import Any
 import streamlit as st
 
 from corsmal.errors import ArgumentError
-from corsmal.parameters import SHAPE_PRESETS, HeightRange, ShapeMethod
+from corsmal.parameters import SHAPE_PRESETS, HeightRange, ShapeMethod, ShapeParameters
 from corsmal.ui import session
 from corsmal.ui.linked_plot import PlotEvent, Slider
-from corsmal.ui.url import HEIGHT_LIMIT_MM, PARAMETERS, Number, Options
+from corsmal.ui.url import HEIGHT_LIMIT_MM, PARAMETERS, SHOWN, Number, Options
 
 LIVE: dict[ShapeMethod, tuple[str, ...]] = {
     "circumferences": ("circumferences", "max_difference_mm"),
@@ -22,7 +22,7 @@ QUIET: dict[ShapeMethod, tuple[str, ...]] = {
     "circumferences": ("points", "radii", "radius_max_mm", "radius_min_mm", "fit_rule", "width_rule", "height_range"),
     "outlines": ("boxes", "all_views"),
 }
-NOTHING = "nothing"
+NOTHING, OWN = "nothing", "own_shape"
 
 
 def preset_control() -> None:
@@ -33,18 +33,49 @@ def preset_control() -> None:
         list(SHAPE_PRESETS),
         key="preset_control",
         required=True,
-        on_change=lambda: session.choose(shape=SHAPE_PRESETS[st.session_state["preset_control"]]),
+        on_change=_preset_chosen,
         help="`paper`: the published method. `lode`: the method that it is based on. `tuned`: ours, from the masks' "
         "outlines.",
     )
 
 
-def preset_button() -> None:
-    """Where a parameter was changed: return to the preset."""
-    current = session.choice()
-    if not current.is_preset and st.button(f"Back to {current.preset}", icon=":material/undo:"):
+def _preset_chosen() -> None:
+    if not session.choice().is_preset:
+        st.session_state[OWN] = session.choice().shape
+    session.choose(shape=SHAPE_PRESETS[st.session_state["preset_control"]])
+
+
+def own_values(estimated: ShapeParameters) -> None:
+    """Steps between a preset and one's own values, and from a frame's fit to the recording's estimate.
+
+    Args:
+        estimated: the parameters of the estimate that the page shows.
+    """
+    current, own = session.choice(), st.session_state.get(OWN)
+    if current.shape not in (estimated, *SHAPE_PRESETS.values()) and st.button(
+        "Estimate the recording with these values", icon=":material/dynamic_form:", width="stretch"
+    ):
+        session.choose(estimate=SHOWN)
+        st.rerun()
+    if not current.is_preset and st.button(f"Back to {current.preset}", icon=":material/undo:", width="stretch"):
+        st.session_state[OWN] = current.shape
         session.choose(shape=SHAPE_PRESETS[current.preset])
         st.rerun()
+    has_own = current.is_preset and own is not None and own != current.shape
+    if has_own and st.button("Back to my values", icon=":material/redo:", width="stretch"):
+        session.choose(shape=own)
+        st.rerun()
+
+
+def parameters_note() -> None:
+    """Which parameters do something with the chosen preset, and which belong to others."""
+    method = session.choice().shape.method
+    ours, others = (
+        ", ".join(f"*{PARAMETERS[name].label}*" for name in (*LIVE[each], *QUIET[each]))
+        for each in (method, *(other for other in LIVE if other != method))
+    )
+    names = [name for name, preset in SHAPE_PRESETS.items() if preset.method != method]
+    st.caption(f"With `{session.choice().preset}` these do something: {ours}. Of {' and '.join(names)} only: {others}.")
 
 
 def compared_preset() -> str | None:
@@ -89,6 +120,7 @@ def other_parameters() -> None:
     """The parameters that are changed seldom, in an expander."""
     shape, state = session.choice().shape, st.session_state
     with st.expander("More parameters", icon=":material/tune:"):
+        parameters_note()
         for name in QUIET[shape.method]:
             parameter, key = PARAMETERS[name], f"shape_{name}"
             state[key] = getattr(shape, name)

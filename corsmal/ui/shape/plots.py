@@ -1,5 +1,7 @@
 """The hull in 3D, its profile, and its circumferences over the pictures."""
 
+from collections.abc import Mapping
+
 import streamlit as st
 
 from corsmal.errors import CorsmalError
@@ -7,13 +9,14 @@ from corsmal.estimation import Fit
 from corsmal.figures import hull_figure, profile_figure, reprojection_figure
 from corsmal.figures.hull import Scope
 from corsmal.figures.report import Pin
+from corsmal.parameters import ShapeParameters
 from corsmal.selection import BestFrame
-from corsmal.shape import Hull
+from corsmal.shape import Agreement, Hull
 from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import guarded
 from corsmal.ui.one_of import one_of
 from corsmal.ui.opened import OpenedRecording
-from corsmal.ui.shape.parameters import live_sliders, preset_button
+from corsmal.ui.shape.parameters import live_sliders, own_values
 
 SCOPES: dict[Scope, str] = {"container": "container", "cameras": "cameras"}
 
@@ -23,6 +26,7 @@ def hull_plots(
     fit: Fit,
     *,
     beside: tuple[str, Hull] | None,
+    estimated: ShapeParameters,
     truth_mm: tuple[float, float, float] | None,
 ) -> None:
     """The hull in 3D with the sliders that refit it, and its profile."""
@@ -32,7 +36,7 @@ def hull_plots(
         with scopes:
             scope = one_of("", SCOPES, key="scope")
         with button:
-            preset_button()
+            own_values(estimated)
         linked_plot(
             hull_figure.parts(fit.hull, fit.dimensions, cameras=opened.cameras, scope=scope, beside=beside),
             key="hull",
@@ -51,11 +55,19 @@ def hull_plots(
         )
 
 
-def reprojections(opened: OpenedRecording, best: BestFrame, fit: Fit, *, frame: int, points: int) -> None:
-    """The circumferences over both views' pictures and masks."""
+def reprojections(
+    opened: OpenedRecording,
+    best: BestFrame,
+    fit: Fit,
+    *,
+    frame: int,
+    points: int,
+    agreements: Mapping[str, Agreement],
+) -> None:
+    """The circumferences over both views' pictures and masks; ``agreements`` is as in ``measures.frame_problems``."""
     for column, view in zip(st.columns(2), best.pair, strict=True):
         with column, guarded():
-            st.markdown(f"**{view}**, frame {frame}: the circumferences' points over the container's mask")
+            st.markdown(f"**{view}**, frame {frame}{_explained(agreements.get(view))}")
             try:
                 mask, camera = opened.mask(view, frame, best.centre_rule), opened.camera(view)
             except CorsmalError as error:
@@ -69,6 +81,10 @@ def reprojections(opened: OpenedRecording, best: BestFrame, fit: Fit, *, frame: 
                 height_px=460,
                 revision=f"{opened.id} {frame}",
             )
+
+
+def _explained(found: Agreement | None) -> str:
+    return "" if found is None else f": explains {found.explained:.0%} of the mask, covers {found.beyond:.0%} beyond it"
 
 
 def hull_pins(opened: OpenedRecording, fit: Fit) -> list[Pin]:
