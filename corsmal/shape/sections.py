@@ -30,8 +30,10 @@ def circumference_points(hull: Hull, *, points: int) -> Floats:
 
 
 def silhouettes(hull: Hull, cameras: Sequence[Camera]) -> list[Mask]:
-    """What cameras see of a hull: an (H, W) bool mask for each."""
+    """What cameras see of a hull: an (H, W) bool mask for each, empty where fewer than two circumferences converged."""
     chosen = np.flatnonzero(hull.converged)
+    if len(chosen) < 2:
+        return [np.zeros(camera.size[::-1], dtype=np.bool_) for camera in cameras]
     if len(chosen) > SLICES:
         chosen = chosen[np.linspace(0, len(chosen) - 1, SLICES).round().astype(np.intp)]
     if hull.depth_mm is not None:

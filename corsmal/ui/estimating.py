@@ -1,5 +1,6 @@
 """The estimate over the whole recording, as a run makes it: the shape first, because the networks take longer."""
 
+from contextlib import suppress
 from typing import Any
 
 import streamlit as st
@@ -55,8 +56,10 @@ def estimate_settings(dataset: Dataset) -> EstimateSettings:
 
 def shape_estimate(opened: OpenedRecording) -> Estimate:
     """The geometry over the whole recording, the same on every page."""
-    settings = estimate_settings(session.opened()[0])
-    return opened.estimate(settings.shape, settings.means)
+    shape, means = session.choice().estimated_shape, None
+    with suppress(CorsmalError):  # a network that cannot be read is reported where it is used
+        means = default_settings(session.opened()[0], shape=shape).means
+    return opened.estimate(shape, means)
 
 
 def _by_weights(settings: EstimateSettings) -> tuple[object, ...]:

@@ -69,7 +69,7 @@ def test_a_slider_step_opens_the_recording_once_and_reads_nothing_again(
 
 
 def test_another_frame_decodes_each_mask_once(sound_root: Path, counts: Counter[object]) -> None:
-    visitor = Visitor(sound_root).open("shape")
+    visitor = Visitor(sound_root, estimate="paper").open("shape")
     counts.clear()
     visitor.choose("frame_control", 2)
     assert visitor.crashes == visitor.errors == []
@@ -80,8 +80,8 @@ def test_another_frame_decodes_each_mask_once(sound_root: Path, counts: Counter[
 
 def test_a_recording_whose_files_changed_is_another_one(root: Path) -> None:
     visitor = Visitor(root).open("shape")
-    capacity = visitor.metrics["Capacity"]
+    capacity = visitor.frame_measures["Capacity"]
     path = root / "view1" / "calib" / "000000.pickle"
     path.write_bytes((root / "view2" / "calib" / "000000.pickle").read_bytes())
     visitor.drag("hull", circumferences=145.0)
-    assert visitor.metrics.get("Capacity") != capacity
+    assert visitor.frame_measures.get("Capacity") != capacity

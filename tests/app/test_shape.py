@@ -91,7 +91,7 @@ def test_own_values_are_estimated_over_the_recording_and_kept_when_the_preset_ch
 
 
 def test_poor_fit_says_how_much_of_the_masks_it_explains(real_root: Path) -> None:
-    visitor = Visitor(real_root, recording="000618", pair="view3-view1", preset="tuned").open("shape")
+    visitor = Visitor(real_root, recording="000618", preset="tuned", estimate="paper", frame="0").open("shape")
     assert "A poor fit" not in visitor.sentences
     visitor.choose("frame_control", 63)
     assert "A poor fit" in visitor.sentences

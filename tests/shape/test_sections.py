@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from corsmal.errors import ArgumentError
-from corsmal.shape import agreement
+from corsmal.geometry import Camera
+from corsmal.shape import Hull, agreement, silhouettes
 
 
 def test_agreement_counts_what_the_silhouette_covers_and_what_lies_beyond() -> None:
@@ -21,3 +22,12 @@ def test_agreement_counts_what_the_silhouette_covers_and_what_lies_beyond() -> N
 def test_agreement_with_an_empty_mask_is_refused() -> None:
     with pytest.raises(ArgumentError, match="must have a pixel"):
         agreement(np.ones((4, 4), dtype=bool), np.zeros((4, 4), dtype=bool))
+
+
+def test_hull_without_circumferences_has_empty_silhouettes() -> None:
+    nothing = np.zeros(3, dtype=bool)
+    hull = Hull(np.arange(3.0), np.ones(3), nothing, np.array([0.0, 0.0, 1.0]))
+    camera = Camera(np.diag([500.0, 500.0, 1.0]), np.eye(3), np.zeros(3), (64, 48))
+    [seen] = silhouettes(hull, [camera])
+    assert seen.shape == (48, 64)
+    assert not seen.any()
