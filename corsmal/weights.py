@@ -89,6 +89,18 @@ def file_sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def network_digest(kind: Kind, path: Path) -> str:
+    """What names a network in rows and keys: its kind and the SHA-256 of its file.
+
+    Raises:
+        FileError: the file cannot be read.
+    """
+    try:
+        return f"{kind} network {file_sha256(path)}"
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror or error}); {_advice(kind)}") from error
+
+
 def save_network(
     path: Path,
     network: "nn.Module",

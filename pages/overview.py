@@ -8,6 +8,7 @@ from corsmal.ui.detecting import detection_control, is_detecting
 from corsmal.ui.estimating import (
     estimate_control,
     estimate_settings,
+    kept_numbers,
     predictors,
     whole_estimate,
 )
@@ -37,15 +38,18 @@ with guarded():
     settings = estimate_settings(dataset)
     found = opened.estimate(settings.shape, settings.means)
     tiles.show(shape_tiles(found, recording.annotation, is_inspected=is_inspected), found)
+    reasons, known = left_out(settings), kept_numbers(opened, settings)
+    if known is not None:  # the numbers come from a run, and need not wait for the networks to be read
+        tiles.show(network_tiles(known, recording.annotation, left_out=reasons), found)
     pictures.views(opened, found)
     hull, mask, sound = st.columns([4, 3, 3], gap="medium")
     with hull:
         pictures.hull(opened, found)
 
-    status.caption(computing("filling", "mass"))
+    status.caption(computing("logits" if known is not None else "filling and mass"))
     found, row = whole_estimate(opened, settings)
-    reasons = left_out(settings)
-    tiles.show(network_tiles(found, row, recording.annotation, left_out=reasons), found)
+    if known is None:
+        tiles.show(network_tiles(row, recording.annotation, left_out=reasons), found)
     with mask:
         pictures.mask(opened, found)
     with sound:

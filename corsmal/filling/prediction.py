@@ -13,7 +13,7 @@ from corsmal.errors import ArgumentError
 from corsmal.filling.config import FillingConfig
 from corsmal.filling.network import FillingModel, read_filling
 from corsmal.filling.records import FillingPrediction
-from corsmal.weights import choose_device, file_sha256, read_training
+from corsmal.weights import choose_device, network_digest, read_training
 
 WINDOWS_AT_ONCE = 32
 PROBABILITY_MIN = 1e-12
@@ -42,7 +42,7 @@ class FillingPredictor:
         self._models = [model.to(self._device) for model in read_filling(weights)]
         count = len(self._models)
         self.name = f"filling network, weights {weights.name}" + (f", mean of {count}" if count > 1 else "")
-        self.digest = f"filling network {file_sha256(weights)}"
+        self.digest = network_digest("filling", weights)
         self.trained_on = TrainedOn.from_json(read_training(weights, "filling"))
 
     @property

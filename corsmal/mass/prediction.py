@@ -10,7 +10,7 @@ from corsmal.dataset import TrainedOn
 from corsmal.mass.inputs import MassInput, mass_input
 from corsmal.mass.network import MassConfig, read_mass
 from corsmal.mass.records import MassPrediction
-from corsmal.weights import choose_device, file_sha256, read_training
+from corsmal.weights import choose_device, network_digest, read_training
 
 
 class MassPredictor:
@@ -33,7 +33,7 @@ class MassPredictor:
         self._device = choose_device(device)
         self.model = read_mass(weights).to(self._device)
         self.name = f"mass network, weights {weights.name}"
-        self.digest = f"mass network {file_sha256(weights)}"
+        self.digest = network_digest("mass", weights)
         self.trained_on = TrainedOn.from_json(read_training(weights, "mass"))
 
     @property

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError, FileError
@@ -55,33 +55,57 @@ class Predictors:
     @property
     def key(self) -> str:
         """A digest of everything that the numbers depend on, the version of the method included."""
-        return digest("predictors", METHOD_VERSION, self.shape, SelectionParameters(), self.means, self.digests)
+        return predictors_key(self.shape, self.means, self.digests)
+
+
+class MadeWith(Protocol):
+    """What an estimate is made with: ``Predictors``, or the settings that they are opened from."""
+
+    @property
+    def key(self) -> str:
+        """See ``Predictors.key``."""
+
+    @property
+    def filling(self) -> object | None:
+        """What predicts type and level."""
+
+    @property
+    def features(self) -> Path | None:
+        """See ``Predictors``."""
+
+
+def predictors_key(shape: ShapeParameters, means: TrainingMeans | None, digests: Mapping[str, str | None]) -> str:
+    """See ``Predictors.key``; ``digests`` are those of the networks."""
+    return digest("predictors", METHOD_VERSION, shape, SelectionParameters(), means, dict(digests))
 
 
 def load_estimate(recording: Recording, predictors: Predictors, *, store: Store) -> dict[str, Any]:
     """The row of one recording, from the store if it was estimated before; a failed one with the reason."""
     try:
         origin = detections_origin(recording, store=store)
-        key = estimate_key(recording, predictors, origin)
-        kept = store.json(KIND, key)
-        if kept is not None:
+        if (kept := kept_row(recording, predictors, origin, store=store)) is not None:
             return kept
         row = _estimated(recording, load_detections(recording, store=store), predictors, store)
     except CorsmalError as error:
         return {"recording_id": recording.id, "status": "failed", "notes": str(error)}
-    store.save_json(KIND, key, row)
+    store.save_json(KIND, estimate_key(recording, predictors, origin), row)
     return row
 
 
-def estimate_key(recording: Recording, predictors: Predictors, origin: str) -> str:
+def kept_row(recording: Recording, made_with: MadeWith, origin: str, *, store: Store) -> dict[str, Any] | None:
+    """The row of a recording if it was estimated before; arguments as in ``estimate_key``. No network is opened."""
+    return store.json(KIND, estimate_key(recording, made_with, origin))
+
+
+def estimate_key(recording: Recording, made_with: MadeWith, origin: str) -> str:
     """A digest of everything that an estimate depends on.
 
     Args:
         recording: the recording.
-        predictors: what it is estimated with.
+        made_with: what it is estimated with.
         origin: of its detections, see ``DetectionSet.key``.
     """
-    return digest("estimate", predictors.key, origin, _files(recording, predictors))
+    return digest("estimate", made_with.key, origin, _files(recording, made_with))
 
 
 def _estimated(recording: Recording, detections: DetectionSet, predictors: Predictors, store: Store) -> dict[str, Any]:
@@ -157,11 +181,11 @@ def _array_digest(recording: Recording, folder: Path | None) -> str | None:
         return None
 
 
-def _files(recording: Recording, predictors: Predictors) -> list[Any]:
+def _files(recording: Recording, made_with: MadeWith) -> list[Any]:
     """What an estimate is made from, besides detections."""
-    path = recording.audio_path if predictors.features is None else predictors.features / f"{recording.id}.npy"
+    path = recording.audio_path if made_with.features is None else made_with.features / f"{recording.id}.npy"
     try:
-        heard = None if path is None or predictors.filling is None else file_fingerprint(path)
+        heard = None if path is None or made_with.filling is None else file_fingerprint(path)
     except FileError:
         heard = None
     return [recording.id, calibration_fingerprints(recording), heard]

@@ -8,8 +8,8 @@ from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
 from corsmal.estimation import TrainingMeans
 from corsmal.parameters import ShapeParameters
-from corsmal.stages.estimates import Predictors
-from corsmal.weights import Kind, WeightsFile, find_weights, read_training
+from corsmal.stages.estimates import Predictors, predictors_key
+from corsmal.weights import Kind, WeightsFile, find_weights, network_digest, read_training
 
 if TYPE_CHECKING:
     from corsmal.dataset import Dataset
@@ -76,6 +76,25 @@ class EstimateSettings:
     mass: WeightsFile | None = None
     features: Path | None = None
     detector: DetectorSettings | None = None
+
+    @property
+    def digests(self) -> dict[str, str | None]:
+        """See ``Predictors``.
+
+        Raises:
+            FileError: a file of weights cannot be read.
+        """
+        files = {"filling": self.filling, "mass": self.mass}
+        return {name: None if file is None else network_digest(file.kind, file.path) for name, file in files.items()}
+
+    @property
+    def key(self) -> str:
+        """See ``Predictors``; found without opening the networks.
+
+        Raises:
+            FileError: a file of weights cannot be read.
+        """
+        return predictors_key(self.shape, self.means, self.digests)
 
     def open(self) -> Predictors:
         """Read the networks.

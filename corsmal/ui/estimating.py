@@ -10,7 +10,7 @@ from corsmal.digests import file_fingerprint
 from corsmal.errors import CorsmalError
 from corsmal.estimation import Estimate
 from corsmal.parameters import SHAPE_PRESETS
-from corsmal.stages.estimates import Predictors, estimate_row
+from corsmal.stages.estimates import Predictors, estimate_row, kept_row
 from corsmal.stages.moments import kept_estimate, moments_s
 from corsmal.stages.settings import EstimateSettings, default_settings
 from corsmal.ui import session, shared
@@ -75,6 +75,12 @@ def predictors(settings: EstimateSettings) -> Predictors:
 
 def _by_estimate(opened: OpenedRecording, settings: EstimateSettings) -> tuple[object, ...]:
     return by_detections(opened, _by_weights(settings))
+
+
+@cached(32, key=_by_estimate)
+def kept_numbers(opened: OpenedRecording, settings: EstimateSettings) -> dict[str, Any] | None:
+    """The row of a run that estimated the recording like this, if there is one: without opening the networks."""
+    return kept_row(opened.recording, settings, opened.detections.key, store=shared.store())
 
 
 @cached(16, key=_by_estimate)

@@ -6,11 +6,12 @@ from typing import Any
 import pytest
 
 from corsmal.dataset import open_dataset
+from corsmal.errors import FileError
 from corsmal.parameters import SHAPE_PRESETS
 from corsmal.stages.detections import load_detections
-from corsmal.stages.estimates import load_estimate
+from corsmal.stages.estimates import Predictors, load_estimate
 from corsmal.stages.moments import known_when, moments_s
-from corsmal.stages.settings import default_settings
+from corsmal.stages.settings import EstimateSettings, default_settings
 from corsmal.store import Store
 from corsmal.ui.amounts import grams
 from tests.app.driver import Visitor
@@ -42,6 +43,21 @@ def wait_for_curves(visitor: Visitor) -> dict[str, Any]:
     visitor.wait_for(lambda visitor: CURVES in visitor.plots and not visitor.progress)
     figure: dict[str, Any] = visitor.plots[CURVES]["figure"]
     return figure
+
+
+@pytest.mark.usefixtures("networks")
+def test_numbers_of_a_run_need_no_network(sound_root: Path, store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    row = row_of(sound_root, store, "tuned")
+
+    def refuse(_settings: EstimateSettings) -> Predictors:
+        raise FileError(Path("filling.safetensors"), "is not opened here")
+
+    monkeypatch.setattr(EstimateSettings, "open", refuse)
+    visitor = Visitor(sound_root, begins="overview")
+    assert visitor.errors == ["filling.safetensors: is not opened here"]
+    for label, name in (("Container", "container"), ("Filling", "filling"), ("Object", "object")):
+        assert visitor.metrics[f"{label} mass"] == grams(row[f"{name}_mass_g"])
+    assert visitor.metrics["Filling"] not in ("–", "…", "left out")
 
 
 @pytest.mark.usefixtures("networks")

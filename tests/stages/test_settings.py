@@ -5,7 +5,8 @@ import pytest
 from corsmal.dataset import TrainedOn, open_dataset
 from corsmal.estimation import TrainingMeans
 from corsmal.parameters import ShapeParameters
-from corsmal.stages.estimates import SYNTHETIC, Predictors, load_estimate
+from corsmal.stages.detections import load_detections
+from corsmal.stages.estimates import SYNTHETIC, Predictors, kept_row, load_estimate
 from corsmal.stages.settings import default_settings, left_out_note
 from corsmal.weights import bundled_path
 from tests.fakes import FakeFilling, FakeMass
@@ -44,6 +45,17 @@ def test_weights_of_the_environment_speak(dataset, tmp_path, monkeypatch):
         monkeypatch.setenv(f"CORSMAL_{kind.upper()}_WEIGHTS", str(path))
     settings = default_settings(dataset, shape=PAPER)
     assert {"filling": settings.filling.path, "mass": settings.mass.path} == paths
+
+
+def test_rows_are_found_without_opening_the_networks(dataset, store):
+    settings = default_settings(dataset, shape=PAPER, filling="demo", mass="demo")
+    networks = settings.open()
+    assert (settings.digests, settings.key) == (networks.digests, networks.key)
+    recording, origin = dataset["000000"], load_detections(dataset["000000"], store=store).key
+    assert kept_row(recording, settings, origin, store=store) is None
+    row = load_estimate(recording, networks, store=store)
+    assert kept_row(recording, settings, origin, store=store) == row
+    assert kept_row(recording, replace(settings, mass=None), origin, store=store) is None
 
 
 def test_no_recording_falls_back_to_a_mean_that_holds_its_own_truth(dataset, store):

@@ -45,7 +45,8 @@ def shapes(found=FOUND, truth=TRUTH, *, is_inspected=True):
 
 
 def networks(found=FOUND, truth=TRUTH, *, row=None, left_out=None):
-    return by_label(network_tiles(found, row or {}, truth, left_out=left_out or {}))
+    weights = {"filling_weights": "" if found.filling is None else "filling network 1a"}
+    return by_label(network_tiles(found.row() | weights | (row or {}), truth, left_out=left_out or {}))
 
 
 def test_every_tile_has_its_place_before_it_is_known():
@@ -105,7 +106,8 @@ def test_where_a_network_is_left_out_the_reason_stands_in_the_numbers_place(kind
 
 
 def test_a_prediction_that_failed_says_why():
-    silent = replace(FOUND, filling=FillingPrediction.failed("recording 000618 has no sound"))
+    reason = "recording 000618 has no sound"
+    silent = replace(FOUND, filling=FillingPrediction.failed(reason), notes=("view1: cut short", f"filling: {reason}"))
     tiles = networks(silent)
     assert tiles["Filling"] == ("–", "no prediction", "recording 000618 has no sound")
     assert tiles["Filling mass"] == ("–", "not estimated", "annotated 0 g")

@@ -75,36 +75,38 @@ def _with_error(truth: str, value: float, true: float | None) -> str:
     return f"{truth}, error {percent_error(value, true)}" if true else truth
 
 
-def network_tiles(
-    found: Estimate, row: Mapping[str, Any], annotation: Annotation | None, *, left_out: Mapping[str, str]
-) -> list[Tile]:
+def network_tiles(row: Mapping[str, Any], annotation: Annotation | None, *, left_out: Mapping[str, str]) -> list[Tile]:
     """Filling and masses.
 
     Args:
-        found: the estimate.
-        row: of a run, which says what is held out.
+        row: of a run, see ``corsmal.stages.estimates.estimate_row``.
         annotation: of the recording.
         left_out: why a network is left out, by ``filling`` and ``mass``.
     """
-    return [_filling_tile(found, row, annotation, left_out), *_mass_tiles(found, row, annotation, left_out)]
+    return [_filling_tile(row, annotation, left_out), *_mass_tiles(row, annotation, left_out)]
 
 
-def _filling_tile(
-    found: Estimate, row: Mapping[str, Any], annotation: Annotation | None, left_out: Mapping[str, str]
-) -> Tile:
+def _filling_tile(row: Mapping[str, Any], annotation: Annotation | None, left_out: Mapping[str, str]) -> Tile:
     true = _annotated_filling(annotation)
     truth = NOT_ANNOTATED if true is None else f"annotated: {filling_text(*true)}"
-    prediction = found.filling
-    if prediction is None:
+    if not row["filling_weights"]:
         return Tile("Filling", "filling", LEFT_OUT, "", left_out.get("filling", ""))
-    if prediction.pair is None:
-        return Tile("Filling", "filling", NOTHING, "no prediction", prediction.reason)
-    kind, level = prediction.pair
-    shares = prediction.probabilities
-    sure = f"{FILLINGS[kind]} {100 * shares[FILLINGS[kind]]:.0f} %, {LEVELS[level]} {100 * shares[LEVELS[level]]:.0f} %"
+    kind, level = row["filling_type"], row["filling_level"]
+    if kind is None or level is None:
+        return Tile("Filling", "filling", NOTHING, "no prediction", _reason(row, "filling"))
+    sure = ", ".join(
+        f"{name} {100 * share:.0f} %"
+        for name, share in ((FILLINGS[kind], row[f"type_p{kind}"]), (LEVELS[level], row[f"level_p{level}"]))
+    )
     if true is not None:
         truth = f"{'✓' if filling_text(*true) == filling_text(kind, level) else '✗'} {truth}"
     return Tile("Filling", "filling", filling_text(kind, level), sure, _stamped(truth, row, "filling"))
+
+
+def _reason(row: Mapping[str, Any], name: str) -> str:
+    """Why a network has no answer, from the row's notes."""
+    notes = str(row["notes"]).split("; ")
+    return next((note.removeprefix(f"{name}: ") for note in notes if note.startswith(f"{name}: ")), "")
 
 
 def _annotated_filling(annotation: Annotation | None) -> tuple[int, int] | None:
@@ -113,22 +115,20 @@ def _annotated_filling(annotation: Annotation | None) -> tuple[int, int] | None:
     return annotation.filling_type, annotation.filling_level
 
 
-def _mass_tiles(
-    found: Estimate, row: Mapping[str, Any], annotation: Annotation | None, left_out: Mapping[str, str]
-) -> list[Tile]:
+def _mass_tiles(row: Mapping[str, Any], annotation: Annotation | None, left_out: Mapping[str, str]) -> list[Tile]:
     container_true, filling_true = (getattr(annotation, name, None) for name in ("container_mass_g", "filling_mass_g"))
     filling, mass = left_out.get("filling", ""), left_out.get("mass", "")
-    container = "training mean: nothing was fitted" if found.fit is None else ""
+    container = "" if str(row["status"]).startswith("fitted") else "training mean: nothing was fitted"
     tiles = [
-        _mass_tile("Filling mass", found.filling_mass_g, filling_true, filling, note="level × capacity × density"),
+        _mass_tile("Filling mass", row["filling_mass_g"], filling_true, filling, note="level × capacity × density"),
         _mass_tile(
             "Object mass",
-            found.object_mass_g,
+            row["object_mass_g"],
             total(container_true, filling_true),
             filling or mass,
             note="container + filling",
         ),
-        _mass_tile("Container mass", found.container_mass_g, container_true, mass, note=container),
+        _mass_tile("Container mass", row["container_mass_g"], container_true, mass, note=container),
     ]
     return [*tiles[:-1], replace(tiles[-1], verdict=_stamped(tiles[-1].verdict, row, "mass"))]
 
