@@ -26,11 +26,11 @@ with right:
 
 def mass_panel(opened: OpenedRecording) -> None:
     padding_px = mass_network.dragged_padding_px(plot_event("restoration"), network)
-    shown = mass.estimate_in_frame(opened, found, best, frame, shape)
+    shown, fit = mass.estimate_in_frame(opened, found, best, frame, shape)
     inputs = mass.network_inputs(opened, shown)
     if inputs is None:
         return
-    (mask, fitted), fit = inputs, shown.fit
+    mask, fitted = inputs
     numbers = mass.chosen_numbers(opened, fit, fitted)
     prediction, curves_g = mass.predict(mask, numbers, network=network, axis=axis, padding_px=padding_px)
     mass.object_mass(opened, prediction.mass_g, capacity_ml=numbers["capacity_ml"])

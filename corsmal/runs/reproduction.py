@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pandas as pd
 
-from corsmal.dataset import Dataset, open_dataset
+from corsmal.dataset import Dataset, TrainedOn, open_dataset
 from corsmal.engines.engine import Engine, in_turn, never
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
 from corsmal.runs.reproduction_files import write_results
-from corsmal.runs.reproduction_settings import PlannedStep, ReproductionSettings, plan
+from corsmal.runs.reproduction_settings import PlannedStep, ReproductionSettings, is_filmed, plan
 from corsmal.runs.reproduction_steps import Work
 from corsmal.store import Store, digest
 
@@ -94,6 +94,7 @@ def reproduce(
     settings, store, out = settings or ReproductionSettings(), store or Store(), Path(out)
     dataset, test_sets = open_dataset(root), [open_dataset(test) for test in tests]
     _check(dataset, settings)
+    _refuse_training_recordings(dataset, test_sets)
     _claim(out, dataset)
     steps = plan(dataset, settings, test_sets)
     clock = _Clock(steps, progress)
@@ -146,6 +147,17 @@ def _check(dataset: Dataset, settings: ReproductionSettings) -> None:
         raise ArgumentError(
             f"{dataset.root} has no annotation that names containers: there is nothing to train on or judge"
         )
+
+
+def _refuse_training_recordings(dataset: Dataset, tests: Sequence[Dataset]) -> None:
+    trained = TrainedOn.of(dataset)
+    for test in tests:
+        seen = [recording.id for recording in test if is_filmed(recording) and trained.has_seen(recording)]
+        if seen:
+            raise ArgumentError(
+                f"the test set {test.root} holds {len(seen)} recordings of the training set, such as {seen[0]}; a "
+                "network would be judged on what it was trained on"
+            )
 
 
 def _claim(out: Path, dataset: Dataset) -> None:

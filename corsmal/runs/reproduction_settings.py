@@ -158,28 +158,24 @@ def plan(dataset: Dataset, settings: ReproductionSettings, tests: Sequence[Datas
         PlannedStep("mass", f"{mass_rounds} networks", mass_rounds * mass_round_s),
         PlannedStep("final networks", "one of each kind on all recordings", epochs * epoch_s + mass_round_s),
     ]
-    for name, test in zip(test_names(tests), tests, strict=True):
+    for name, test in test_names(tests).items():
         recordings = [recording for recording in test if is_filmed(recording)]
         steps.append(PlannedStep(f"test {name}", f"{len(test)} recordings", _geometry_s(recordings, settings)))
     return [*steps, PlannedStep("tables", "tables, figures, submissions and the report", 20.0)]
 
 
-def test_names(tests: Sequence[Dataset]) -> list[str]:
-    """A name for each test set, different from the others': its folder's, with its place where folders are named alike.
+def test_names(tests: Sequence[Dataset]) -> dict[str, Dataset]:
+    """The test sets by name: their folders', with a number where folders are named alike.
 
     Raises:
         ArgumentError: a folder is named twice.
     """
-    roots = [test.root.resolve() for test in tests]
-    for root, count in Counter(roots).items():
-        if count > 1:
-            raise ArgumentError(f"the test set {root} is named {count} times")
-    alike = Counter(test.name for test in tests)
-    places: Counter[str] = Counter()
-    names = []
+    alike, names = Counter(test.name for test in tests), dict[str, Dataset]()
     for test in tests:
-        places[test.name] += 1
-        names.append(test.name if alike[test.name] == 1 else f"{test.name}-{places[test.name]}")
+        if any(test.root.resolve() == other.root.resolve() for other in names.values()):
+            raise ArgumentError(f"the test set {test.root} is named more than once")
+        place = sum(other.name == test.name for other in names.values()) + 1
+        names[test.name if alike[test.name] == 1 else f"{test.name}-{place}"] = test
     return names
 
 

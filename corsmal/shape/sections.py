@@ -91,8 +91,8 @@ def agreement(silhouette: Mask, mask: Mask) -> Agreement:
     if not width:
         raise ArgumentError("the mask must have a pixel, got an empty one")
     window = np.s_[top : top + height, left : left + width]
-    both = np.count_nonzero(mask[window] & silhouette[window])
-    return Agreement(both, np.count_nonzero(mask[window]), np.count_nonzero(silhouette))
+    counted = (mask[window] & silhouette[window], mask[window], silhouette)
+    return Agreement(*(int(np.count_nonzero(pixels)) for pixels in counted))
 
 
 def _ring(hull: Hull, *, points: int) -> Floats:

@@ -49,7 +49,7 @@ INPUTS = {
 
 def estimate_in_frame(
     opened: OpenedRecording, found: Estimate, best: BestFrame, frame: int, shape: ShapeParameters
-) -> Estimate:
+) -> tuple[Estimate, Fit]:
     """The estimate over the recording in the frame that it tells the mass from; in others what the frame's fit says.
 
     Args:
@@ -58,12 +58,15 @@ def estimate_in_frame(
         best: the chosen pair of views.
         frame: the shown frame.
         shape: parameters of both.
+
+    Returns:
+        The estimate and its fit.
     """
     if found.fit is not None and (found.fit.pair, found.fit.frame) == (best.pair, frame):
-        return found
+        return found, found.fit
     fit = opened.fit(best, frame, shape)
     measures: dict[str, Any] = {name: getattr(fit.dimensions, name) for name in GEOMETRY}
-    return Estimate(opened.id, "fitted", **measures, best_frame=best, fit=fit, notes=())
+    return Estimate(opened.id, "fitted", **measures, best_frame=best, fit=fit, notes=()), fit
 
 
 def network_inputs(opened: OpenedRecording, found: Estimate) -> tuple[Mask, Numbers] | None:

@@ -4,109 +4,19 @@ Only what differs from the defaults is written. What cannot be read keeps its de
 sentence, so that a mistyped address never looks like an answer.
 """
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple, cast
+from typing import Any
 
 from corsmal.dataset.audio import CHANNELS
 from corsmal.errors import ArgumentError
-from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, HeightReference, ShapeParameters
+from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, ShapeParameters
 from corsmal.selection import Pair
-
-HEIGHT_LIMIT_MM = 2000.0
+from corsmal.ui.controls import PARAMETERS, Number, read_number
 
 ESTIMATE, SHOWN = "tuned", "shown"
 """The estimate over the whole recording: the preset unless another is chosen, and what says that it has ``shape``."""
-
-
-class Number(NamedTuple):
-    """A number of the fit: its name in the address, its label, and its range on the page and in the address."""
-
-    short: str
-    label: str
-    low: float
-    high: float
-    step: float
-    unit: str = ""
-
-    @property
-    def kind(self) -> type[float]:
-        """``int`` for whole numbers."""
-        return type(self.step)
-
-    def parse(self, text: str) -> float:
-        """The number in an address."""
-        value = _number(text, whole=self.kind is int)
-        if not self.low <= value <= self.high:
-            raise ArgumentError(f"allowed range {self.low:g}–{self.high:g} {self.unit}".strip())
-        return value
-
-
-class Options(NamedTuple):
-    """A rule of the fit: its name in the address, its label, and labels for what can be chosen."""
-
-    short: str
-    label: str
-    options: Mapping[str, str]
-
-    def parse(self, text: str) -> Any:
-        """The rule in an address; for ``z``: what heights are measured from, and the range in mm."""
-        if self.short != "z":
-            return text
-        reference, *offsets = text.split(":")
-        if len(offsets) != 2:
-            raise ArgumentError(f"expected {', '.join(f'{name}:LOW:HIGH' for name in self.options)} in mm")
-        low, high = (_number(offset, whole=False) for offset in offsets)
-        if max(abs(low), abs(high)) > HEIGHT_LIMIT_MM:
-            raise ArgumentError(f"allowed range ±{HEIGHT_LIMIT_MM:g} mm")
-        return HeightRange(cast(HeightReference, reference), low, high)
-
-
-class Switch(NamedTuple):
-    """What a fit does or does not: its name in the address and its label."""
-
-    short: str
-    label: str
-
-    def parse(self, text: str) -> bool:
-        """The switch in an address."""
-        if text not in ("True", "False"):
-            raise ArgumentError("expected True or False")
-        return text == "True"
-
-
-PARAMETERS: dict[str, Number | Options | Switch] = {
-    "circumferences": Number("L", "L, circumferences", 10, 500, 1),
-    "points": Number("N", "N, points per circumference", 3, 90, 1),
-    "radii": Number("radii", "Radii tried", 10, 600, 1),
-    "radius_max_mm": Number("rmax", "r_max", 10.0, 250.0, 0.5, "mm"),
-    "radius_min_mm": Number("rmin", "r_min", 0.5, 9.5, 0.5, "mm"),
-    "max_difference_mm": Number("dmax", "d_max", 0.0, 10.0, 0.05, "mm"),
-    "fit_rule": Options(
-        "fit", "A circumference must fit", {"any": "at least one view (paper)", "all": "both views (LoDE)"}
-    ),
-    "width_rule": Options(
-        "width",
-        "Widths and height",
-        {
-            "ends": "at the ends of the profile (paper)",
-            "widest": "twice the largest radius (LoDE)",
-            "whole": "first and last circumference (tuned)",
-        },
-    ),
-    "height_range": Options(
-        "z",
-        "Heights measured from",
-        {"masks": "the axis' extent in the masks", "world": "the table, z = 0", "centroid": "the centroid"},
-    ),
-    "tilt_deg": Number("tilt", "expected tilt", 0.0, 15.0, 0.5, "°"),
-    "wall_mm": Number("wall", "wall", 0.0, 5.0, 0.1, "mm"),
-    "boxes": Switch("boxes", "Also fit a box, and keep what agrees better with the masks"),
-    "all_views": Switch("third", "Use the third view"),
-}
-"""The parameters of the fit that a page changes and an address holds, by field of ``ShapeParameters``."""
 
 
 @dataclass(frozen=True)
@@ -238,7 +148,7 @@ def _pair(text: str) -> Pair:
 
 
 def _frame(text: str) -> int:
-    frame = _number(text, whole=True)
+    frame = read_number(text, whole=True)
     if not 0 <= frame < 10_000_000:
         raise ArgumentError("frames are numbered from 0")
     return int(frame)
@@ -246,20 +156,10 @@ def _frame(text: str) -> int:
 
 def _crop(text: str) -> tuple[float, float]:
     start, _, end = text.partition("-")
-    start_s, end_s = (round(_number(part, whole=False), 2) for part in (start, end))
+    start_s, end_s = (round(read_number(part, whole=False), 2) for part in (start, end))
     if not 0 <= start_s < end_s:
         raise ArgumentError("expected START-END in seconds")
     return start_s, end_s
-
-
-def _number(text: str, *, whole: bool) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or (whole and value != int(value)):
-        raise ArgumentError(f"expected a {'whole' if whole else 'finite'} number")
-    return int(value) if whole else value
 
 
 FIELDS: dict[str, tuple[str, Callable[[str], Any], Callable[[Any], str]]] = {

@@ -13,7 +13,7 @@ from corsmal.dataset import open_dataset
 from corsmal.estimation import container_mask, estimate, read_view_detections
 from corsmal.parameters import PAIRS, HeightRange, SelectionParameters, ShapeParameters
 from corsmal.shape import Hull, fit_hull, measure_hull
-from corsmal.ui.url import PARAMETERS, Number
+from corsmal.ui.controls import PARAMETERS, Number
 from tests.app.driver import Visitor, amount, rings
 
 BEST = 5

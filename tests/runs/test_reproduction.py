@@ -297,12 +297,10 @@ def test_wrong_choices_are_named():
 def test_test_sets_in_folders_of_one_name_have_a_submission_each(root, test_root, tmp_path):
     other = tmp_path / test_root.name
     shutil.copytree(test_root, other)
-    assert test_names([open_dataset(test_root), open_dataset(other), open_dataset(root)]) == [
-        "TEST-1",
-        "TEST-2",
-        "ROOT",
-    ]
-    with pytest.raises(ArgumentError, match="is named 2 times"):
+    named = test_names([open_dataset(test_root), open_dataset(other), open_dataset(root)])
+    assert list(named) == ["TEST-1", "TEST-2", "ROOT"]
+    assert named["TEST-2"].root == other
+    with pytest.raises(ArgumentError, match="is named more than once"):
         test_names([open_dataset(other), open_dataset(other)])
     steps = [step.name for step in plan(open_dataset(root), QUICK, [open_dataset(test_root), open_dataset(other)])]
     assert steps[-3:] == ["test TEST-1", "test TEST-2", "tables"]

@@ -10,8 +10,9 @@ import streamlit as st
 from corsmal.errors import ArgumentError
 from corsmal.parameters import SHAPE_PRESETS, HeightRange, ShapeMethod, ShapeParameters
 from corsmal.ui import session
+from corsmal.ui.controls import HEIGHT_LIMIT_MM, PARAMETERS, Number, Options
 from corsmal.ui.linked_plot import PlotEvent, Slider
-from corsmal.ui.url import HEIGHT_LIMIT_MM, PARAMETERS, SHOWN, Number, Options
+from corsmal.ui.url import SHOWN
 
 LIVE: dict[ShapeMethod, tuple[str, ...]] = {
     "circumferences": ("circumferences", "max_difference_mm"),
