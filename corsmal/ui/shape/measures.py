@@ -44,11 +44,13 @@ def measures(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fit]], tru
         value, true = getattr(found, quantity), truth.get(quantity)
         shown = "–" if value is None else amount(quantity, value)
         measure(column, BY_NAME[quantity].label, shown, _sureness(found, quantity, name))
-        lines = ["no annotation" if true is None else f"annotated {amount(quantity, true)}{_off(value, true)}"]
+        error = "" if value is None or not true else f", error {percent_error(value, true)}"
+        lines = ["no annotation" if true is None else f"annotated {BY_NAME[quantity].text(true)}{error}"]
         for parameters, fit in fits:
             if fit.ok:
                 single: float = getattr(fit.dimensions, quantity)
-                lines.append(f"this frame, `{parameters}`: **{amount(quantity, single)}**{_off(single, value)}")
+                against = f", {percent_error(single, value)}" if value else ""
+                lines.append(f"this frame, `{parameters}`: **{amount(quantity, single)}**{against}")
         column.caption("  \n".join(lines))
     if found.fit is None:
         st.caption(f":material/search_off: Whole recording: {plain('; '.join(found.notes)) or 'nothing was fitted'}")
@@ -59,13 +61,9 @@ def _sureness(found: Estimate, quantity: str, name: str) -> str:
     if found.fit is None:
         return "not fitted" if getattr(found, quantity) is None else "training mean"
     if quantity not in found.intervals:
-        return f"whole recording, {name}: frame {found.fit.frame}"
+        return f"{name}: frame {found.fit.frame}"
     low, high = found.intervals[quantity]
-    return f"whole recording, {name}: {low:.0f}–{high:.0f} {BY_NAME[quantity].unit} (90 %)"
-
-
-def _off(value: float | None, other: float | None) -> str:
-    return "" if value is None or not other else f", {percent_error(value, other)}"
+    return f"{name}: {low:.0f}–{high:.0f} {BY_NAME[quantity].unit} (90 %)"
 
 
 def frame_problems(fit: Fit, agreements: Mapping[str, Agreement], *, is_inspected: bool) -> None:
@@ -90,11 +88,11 @@ def frame_problems(fit: Fit, agreements: Mapping[str, Agreement], *, is_inspecte
     elif agreements:
         overlap = sum(each.overlap for each in agreements.values()) / len(agreements)
         if overlap < POOR_OVERLAP:
-            shares = ", ".join(f"{each.explained:.0%} of {view}'s" for view, each in agreements.items())
-            beyond = ", ".join(f"{each.beyond:.0%}" for each in agreements.values())
+            shares = ", ".join(f"{100 * each.explained:.0f} % of {view}'s" for view, each in agreements.items())
+            beyond = ", ".join(f"{100 * each.beyond:.0f} %" for each in agreements.values())
             st.caption(
                 f":material/warning: **A poor fit**: the hull explains {shares} mask pixels and covers {beyond} beyond "
-                f"the masks (overlap {overlap:.0%}). The whole recording counts more than this frame."
+                f"the masks (overlap {100 * overlap:.0f} %). The whole recording counts more than this frame."
             )
     if fit.ok and fit.hull.depth_mm is not None:
         depth = amount("height_mm", fit.hull.depth_mm)

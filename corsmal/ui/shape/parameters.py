@@ -121,7 +121,6 @@ def other_parameters() -> None:
     """The parameters that are changed seldom, in an expander."""
     shape, state = session.choice().shape, st.session_state
     with st.expander("More parameters", icon=":material/tune:"):
-        parameters_note()
         for name in QUIET[shape.method]:
             parameter, key = PARAMETERS[name], f"shape_{name}"
             state[key] = getattr(shape, name)

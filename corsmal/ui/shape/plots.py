@@ -16,7 +16,7 @@ from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import guarded
 from corsmal.ui.one_of import one_of
 from corsmal.ui.opened import OpenedRecording
-from corsmal.ui.shape.parameters import live_sliders, own_values
+from corsmal.ui.shape.parameters import live_sliders, own_values, parameters_note
 
 SCOPES: dict[Scope, str] = {"container": "container", "cameras": "cameras"}
 
@@ -45,6 +45,7 @@ def hull_plots(
             height_px=520,
             revision=f"{opened.id} {scope}",
         )
+        parameters_note()
     with right:
         linked_plot(
             profile_figure.parts(fit.hull, fit.dimensions, truth_mm=truth_mm, beside=beside),
@@ -84,7 +85,11 @@ def reprojections(
 
 
 def _explained(found: Agreement | None) -> str:
-    return "" if found is None else f": explains {found.explained:.0%} of the mask, covers {found.beyond:.0%} beyond it"
+    return (
+        ""
+        if found is None
+        else f": explains {100 * found.explained:.0f} % of the mask, covers {100 * found.beyond:.0f} % beyond it"
+    )
 
 
 def hull_pins(opened: OpenedRecording, fit: Fit) -> list[Pin]:
