@@ -3,6 +3,7 @@
 import streamlit as st
 
 from corsmal.ui import session
+from corsmal.ui.detecting import watch_detection
 from corsmal.ui.filling import sound, timeline
 from corsmal.ui.filling.answer import answer, predicted, weights_note
 from corsmal.ui.filling.downloads import downloads
@@ -11,6 +12,7 @@ from corsmal.ui.opened import OpenedRecording, show_panel
 
 st.title("Filling")
 opened = OpenedRecording(session.opened()[1])
+watch_detection(opened)
 clock = sound.frame_clock(opened)
 if clock is not None:
     session.keep_frame_within(opened.frames)

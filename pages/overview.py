@@ -26,10 +26,9 @@ heading.title("Overview")
 with control:
     estimate_control()
 status = st.empty()
+detection_control(opened)  # first: what is found from here on makes the page run again
 is_inspected = bool(opened.detections.views)
 session.keep_frame_within(opened.frames)
-if not is_inspected or is_detecting(opened):
-    detection_control(opened)
 tiles = Tiles()
 note = st.empty()
 

@@ -4,6 +4,7 @@ import streamlit as st
 
 from corsmal.dataset.audio import CHANNELS
 from corsmal.ui import media, session, shared
+from corsmal.ui.detecting import watch_detection
 from corsmal.ui.filling import sound
 from corsmal.ui.messages import guarded
 from corsmal.ui.opened import OpenedRecording
@@ -38,6 +39,7 @@ if event.selection.rows and rows.index[event.selection.rows[0]] != recording.id:
     st.rerun()
 
 st.subheader(f"Recording {recording.id}")
+watch_detection(OpenedRecording(recording))
 if recording.missing:
     st.warning(f"Missing: {', '.join(recording.missing)}.", icon=":material/inventory_2:")
 names = [name for name in TITLES if name in recording.views]

@@ -125,7 +125,7 @@ def _on_networks(report: _Report) -> None:
     import torch
 
     from corsmal.detection import SmallDetector
-    from corsmal.detection.maskrcnn import coco_weights_file
+    from corsmal.detection.coco_weights import coco_weights_file
     from corsmal.filling import FillingPredictor
     from corsmal.mass import MassPredictor
     from corsmal.weights import Kind, find_weights

@@ -14,10 +14,11 @@ from corsmal.errors import ArgumentError
 from corsmal.parameters import SHAPE_PRESETS
 from corsmal.runs.making import make_run
 from corsmal.runs.run import Run, save_run
-from corsmal.stages.detections import detect_recording, load_detections
+from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.fits import load_fit
 from corsmal.stages.moments import kept_estimate, known_when, moments_s
+from corsmal.stages.search import detect_recording
 from corsmal.stages.settings import EstimateSettings, default_settings, find_detector
 from corsmal.store import Store
 from corsmal.synthetic import write_demo

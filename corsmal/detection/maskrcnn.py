@@ -1,10 +1,6 @@
 """Mask R-CNN with a ResNet-50 FPN backbone, torchvision's, trained on COCO (He et al., ICCV 2017)."""
 
-import http.client
-import os
 import pickle
-import shutil
-import urllib.request
 from pathlib import Path
 
 import safetensors
@@ -12,15 +8,10 @@ import safetensors.torch
 import torch
 from torchvision.models.detection import maskrcnn_resnet50_fpn
 
+from corsmal.detection.coco_weights import COCO_WEIGHTS_URL, coco_weights, is_coco
 from corsmal.detection.torch_detector import TorchDetector
 from corsmal.errors import ArgumentError, FileError
-from corsmal.files import writing
 from corsmal.weights import file_sha256
-
-COCO_WEIGHTS_URL = "https://download.pytorch.org/models/maskrcnn_resnet50_fpn_coco-bf2d0c1e.pth"
-"""torchvision's ``MaskRCNN_ResNet50_FPN_Weights.COCO_V1``; the name ends in the first digits of its SHA-256."""
-
-TIMEOUT_S = 30
 
 CLASS_COUNT = 91
 """COCO's category numbers up to 90, and 0 for the background."""
@@ -64,7 +55,7 @@ class MaskRCNNDetector(TorchDetector):
             sha256 = file_sha256(path)
         except OSError as error:
             raise FileError(path, f"cannot be read ({error.strerror}); name a .pth or .safetensors file") from error
-        if weights is None and not _is_coco(path, sha256):
+        if weights is None and not is_coco(path, sha256):
             raise FileError(path, f"is not the file of {COCO_WEIGHTS_URL}; delete it, and it is downloaded again")
         network = maskrcnn_resnet50_fpn(
             weights=None,
@@ -84,37 +75,6 @@ class MaskRCNNDetector(TorchDetector):
             digest=f"Mask R-CNN {sha256}, score {score_min!r}, side {image_side_min_px}",
             device=device,
         )
-
-
-def coco_weights_file() -> Path:
-    """Where the COCO weights are looked for: in the folder that ``CORSMAL_WEIGHTS`` names, else in PyTorch's own."""
-    folder = os.environ.get("CORSMAL_WEIGHTS") or Path(torch.hub.get_dir(), "checkpoints")
-    return Path(folder, COCO_WEIGHTS_URL.rsplit("/", 1)[-1])
-
-
-def coco_weights() -> Path:
-    """The file of the COCO weights, downloaded where it is missing.
-
-    Raises:
-        FileError: it cannot be downloaded; the text says which file to put where.
-    """
-    path = coco_weights_file()
-    if path.is_file():
-        return path
-    with writing(path, advice="set CORSMAL_WEIGHTS to another folder") as part:
-        try:
-            with urllib.request.urlopen(COCO_WEIGHTS_URL, timeout=TIMEOUT_S) as response, part.open("wb") as file:
-                shutil.copyfileobj(response, file)
-        except (OSError, http.client.HTTPException) as error:
-            problem = f"is missing and cannot be fetched ({error}); download {COCO_WEIGHTS_URL} and put it there"
-            raise FileError(path, problem) from error
-        if not _is_coco(path, file_sha256(part)):
-            raise FileError(path, f"arrived damaged from {COCO_WEIGHTS_URL}; try again")
-    return path
-
-
-def _is_coco(path: Path, sha256: str) -> bool:
-    return sha256.startswith(path.stem.rsplit("-", 1)[-1])
 
 
 def _read_state(path: Path) -> dict[str, torch.Tensor]:

@@ -1,6 +1,7 @@
 """The engine of this machine: as many processes as it has cores and memory for."""
 
 import os
+import sys
 from pathlib import Path
 
 from corsmal.engines.engine import Engine, in_turn
@@ -10,13 +11,19 @@ PROCESS_BYTES = 2_000_000_000
 """Peak memory of a process with a network."""
 
 
-def local_engine(recordings: int, *, workers: int | None = None, detects: bool = False) -> Engine:
+GPU_DEVICES = ("/dev/nvidiactl", "/dev/kfd", "/dev/dxg")
+"""Files of the drivers of NVIDIA's and AMD's GPUs, and of those of a Windows host."""
+
+
+def local_engine(
+    recordings: int, *, workers: int | None = None, detects: bool = False, gives_way: bool = False
+) -> Engine:
     """The engine of this machine for a number of recordings: by default as many processes as cores and memory allow.
 
-    A detector on a GPU is run by one process only.
+    A detector on a GPU is run by one process only. Processes that give way let other programs go first.
     """
     count = min(1 if detects and has_gpu() else workers or default_workers(), recordings)
-    return Processes(count) if count > 1 else in_turn
+    return Processes(count, gives_way=gives_way) if count > 1 else in_turn
 
 
 def default_workers() -> int:
@@ -25,7 +32,9 @@ def default_workers() -> int:
 
 
 def has_gpu() -> bool:
-    """Whether PyTorch sees a GPU."""
+    """Whether PyTorch sees a GPU; where Linux has no driver of one, this is known without loading PyTorch."""
+    if sys.platform == "linux" and not any(Path(device).exists() for device in GPU_DEVICES):
+        return False
     import torch  # noqa: PLC0415 - takes seconds
 
     return torch.cuda.is_available()

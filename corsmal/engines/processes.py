@@ -46,6 +46,9 @@ class Processes:
     Args:
         count: how many.
         environment: variables of the workers, beside those of this process.
+        gives_way: whether they let other programs go first, see ``GIVING_WAY``.
+        stays: whether idle workers wait for the next call, so that it need not start any and load networks anew; work
+            that is cancelled is then completed as far as it was begun. ``close`` ends them.
 
     Raises:
         ArgumentError: fewer than one.
@@ -53,6 +56,9 @@ class Processes:
 
     count: int
     environment: Mapping[str, str] = field(default_factory=dict)
+    gives_way: bool = False
+    stays: bool = False
+    _idle: "deque[_Worker]" = field(default_factory=deque, init=False, repr=False, compare=False)
     _ahead: "dict[_Worker, int]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -78,13 +84,12 @@ class Processes:
         task: Callable[[Item], Row],
         recordings: Sequence[Item],
         *,
-        gives_way: bool = False,
         cancelled: Callable[[], bool] = never,
     ) -> Generator[Outcome]:
         """Yield an outcome for each recording, or anything else that can be pickled, as soon as there is one.
 
-        The task must be importable in another process. Workers that give way let other programs go first, see
-        ``GIVING_WAY``. ``cancelled`` is checked ten times a second; true drops unfinished work and ends the iterator.
+        The task must be importable in another process. ``cancelled`` is checked ten times a second; true drops
+        unfinished work and ends the iterator.
 
         Raises:
             CorsmalError: a process could not be started.
@@ -93,14 +98,14 @@ class Processes:
         self._ahead.clear()
         workers, waiting = list(doing), deque(range(len(recordings)))
         deaths: Counter[int] = Counter()
-        count = min(self.count, len(recordings))
+        count = self.count if self.stays else min(self.count, len(recordings))
         try:
-            workers += [self._worker(count) for _ in range(count - len(workers))]
-            for worker in workers if gives_way else ():
-                worker.give_way()
+            self._complete(workers, count)
             while waiting or set(doing.values()) - {_AHEAD}:
                 if cancelled():
-                    return
+                    waiting.clear()
+                    if not self.stays:
+                        return
                 for worker in workers:
                     if waiting and worker not in doing:
                         index = doing[worker] = waiting.popleft()
@@ -108,9 +113,7 @@ class Processes:
                 for worker in _answering(doing, None if cancelled is never else POLL_S):
                     index, outcome = doing.pop(worker), worker.answer()
                     if outcome is None:
-                        replacement = workers[workers.index(worker)] = self._worker(count)
-                        if gives_way:
-                            replacement.give_way()
+                        workers[workers.index(worker)] = self._worker(count)
                         deaths[index] += 1
                         if index != _AHEAD and deaths[index] < ATTEMPTS_MAX:
                             waiting.append(index)
@@ -119,11 +122,32 @@ class Processes:
                     if index != _AHEAD:
                         yield outcome
         finally:
-            _end(workers, doing)
+            self._leave(workers, doing)
+
+    def close(self) -> None:
+        """End the workers that wait for the next call."""
+        self._leave([], (), room=0)
+
+    def _complete(self, workers: "list[_Worker]", count: int) -> None:
+        """Take idle workers and start others until there are enough."""
+        with suppress(IndexError):
+            while len(workers) < count:
+                workers.append(self._idle.popleft())
+        workers += [self._worker(count) for _ in range(count - len(workers))]
+
+    def _leave(self, workers: "Sequence[_Worker]", busy: "Container[_Worker]", *, room: int | None = None) -> None:
+        """End the workers, but for idle ones that stay."""
+        room = self.count if room is None and self.stays else room or 0
+        self._idle.extend(worker for worker in workers if self.stays and worker not in busy)
+        superfluous = [self._idle.popleft() for _ in range(len(self._idle) - room)]
+        _end([*superfluous, *(worker for worker in workers if not self.stays or worker in busy)], busy)
 
     def _worker(self, count: int) -> "_Worker":
         threads = dict.fromkeys(THREADS, str(max(1, cores() // count)))
-        return _Worker(threads | os.environ | dict(self.environment))
+        worker = _Worker(threads | os.environ | dict(self.environment))
+        if self.gives_way:
+            worker.give_way()
+        return worker
 
 
 def cores() -> int:

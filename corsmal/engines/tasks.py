@@ -4,17 +4,21 @@ The networks themselves stay where they are: each process opens them once.
 """
 
 import platform
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from pathlib import Path
 
-from corsmal.dataset import Recording
-from corsmal.detection import Detector
+from corsmal.dataset import Recording, Video, View
+from corsmal.detection import Detector, detect_view
+from corsmal.digests import file_fingerprint
 from corsmal.engines.engine import Row
 from corsmal.errors import CorsmalError
-from corsmal.stages.detections import detect_recording, needs_detection
+from corsmal.stages.detections import needs_detection
 from corsmal.stages.estimates import Predictors, load_estimate
+from corsmal.stages.inspection import Piece
+from corsmal.stages.search import detect_recording
 from corsmal.stages.settings import DetectorSettings, EstimateSettings
 from corsmal.store import Store
 
@@ -74,6 +78,27 @@ class EstimateTask:
         return {**row, "notes": "; ".join(filter(None, [problem, row["notes"]]))}
 
 
+@dataclass(frozen=True)
+class InspectTask:
+    """Detecting in some frames of a view, with nothing kept; without a piece only the detector is opened.
+
+    Args:
+        detector: what is detected with.
+    """
+
+    detector: DetectorSettings
+
+    def __call__(self, piece: Piece | None) -> Row:
+        """What was found, and how long it took."""
+        detector = open_detector(self.detector, "")
+        if piece is None:
+            return {"digest": detector.digest}
+        view, frames = piece
+        began_s = time.monotonic()
+        found = detect_view(_open_video(view, file_fingerprint(view.video_path)), detector, frames=frames)
+        return {"found": found, "seconds": time.monotonic() - began_s}
+
+
 @lru_cache(maxsize=1)
 def open_detector(settings: DetectorSettings, digest: str) -> Detector:
     """The detector of this process, open for all recordings.
@@ -96,6 +121,12 @@ def open_predictors(settings: EstimateSettings, key: str) -> Predictors:
     predictors = settings.open()
     _check(key, predictors.key, "the networks or the version of the method")
     return predictors
+
+
+@lru_cache(maxsize=3)
+def _open_video(view: View, _fingerprint: object) -> Video:
+    """The video of a view, open for all pieces of it."""
+    return view.video()
 
 
 def _check(expected: str, found: str, what: str) -> None:

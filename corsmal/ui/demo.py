@@ -6,7 +6,7 @@ from corsmal.synthetic import ANNOTATION_FILE, DemoProgress, write_demo
 from corsmal.ui import shared
 from corsmal.ui.folders import demo_folder, full_demo_folder
 from corsmal.ui.following import follow
-from corsmal.ui.jobs import Job
+from corsmal.ui.jobs import Job, Priority
 
 KEY = "demo"
 STEPS = 100
@@ -59,4 +59,4 @@ def begin() -> None:
 
         write_demo(folder, progress=report, cancelled=job.cancelled, workers=WORKERS)
 
-    shared.jobs().start(KEY, "Making the demo", work)
+    shared.jobs().start(KEY, "Making the demo", work, priority=Priority.DEMO)

@@ -1,38 +1,57 @@
 """Background jobs on a page: how far one is, why it failed, and a button that stops it."""
 
+from collections.abc import Callable
+
 import streamlit as st
 
 from corsmal.ui import shared
-from corsmal.ui.jobs import progress_text
+from corsmal.ui.jobs import Viewer, progress_text
 from corsmal.ui.messages import plain
 
 POLL_S = 0.5
+VIEWER = "viewer"
 
 
-def follow(key: str, *, unit: str = "recordings", is_narrow: bool = False) -> bool:
+def shows(part: str, key: str) -> bool:
+    """Say that this session shows the results of a job in a part of its pages, see ``Jobs.show``.
+
+    Returns:
+        Whether it showed others there before.
+    """
+    viewer = st.session_state.setdefault(VIEWER, Viewer())
+    is_other = viewer.shown.get(part, key) != key
+    shared.jobs().show(viewer, part, key)
+    return is_other
+
+
+def follow(
+    key: str, *, unit: str = "recordings", is_narrow: bool = False, show: Callable[[], None] | None = None
+) -> bool:
     """Show how far the job of a key is, or why it failed.
 
     Args:
         key: of the job.
         unit: what its steps are.
         is_narrow: whether the button that stops it stands below, as in the sidebar.
+        show: draws what the job has found by now, again and again while it is running, instead of the whole page.
 
     Returns:
         Whether it is running; the page is run again when it ends, and when it has kept more results.
     """
     job = shared.jobs().get(key)
     if job is not None and job.active:
-        _watch(key, unit, job.results, is_narrow=is_narrow)
+        _watch(key, unit, job.results, is_narrow=is_narrow, show=show)
         return True
     if job is not None and job.state == "failed":
-        st.error(plain(job.problem), icon=":material/error:")
+        say, icon = (st.warning, "warning") if job.is_automatic else (st.error, "error")
+        say(plain(job.problem), icon=f":material/{icon}:")
     return False
 
 
 @st.fragment(run_every=POLL_S)
-def _watch(key: str, unit: str, shown: int, *, is_narrow: bool) -> None:
+def _watch(key: str, unit: str, shown: int, *, is_narrow: bool, show: Callable[[], None] | None) -> None:
     job = shared.jobs().get(key)
-    if job is None or not job.active or job.results != shown:
+    if job is None or not job.active or (show is None and job.results != shown):
         st.rerun()
     left, right = (st, st) if is_narrow else st.columns([5, 1], vertical_alignment="bottom")
     left.progress(job.fraction, text=progress_text(job, unit))
@@ -44,3 +63,5 @@ def _watch(key: str, unit: str, shown: int, *, is_narrow: bool) -> None:
         icon=":material/stop:",
         width="stretch",
     )
+    if show is not None:
+        show()

@@ -1,44 +1,65 @@
-"""Long work in the background: one job per key, however many sessions ask for it."""
+"""Long work in the background: one job per key, however many sessions ask for it, one after the other."""
 
 import atexit
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import IntEnum
+from weakref import WeakSet
 
 from corsmal.errors import CorsmalError
 from corsmal.quantities import duration_text
 
-WORKERS = 2
-"""The demo is made beside a detection, not before it."""
+TURN_S = 0.2
+"""A job that waits for its turn looks this often whether it was asked to stop."""
 
 FAREWELL_S = 5.0
 """How long a server that is stopped waits for its jobs to notice."""
 
 
-@dataclass
+class Priority(IntEnum):
+    """Whose turn it is: what takes seconds, what an open page waits for, runs, the demo."""
+
+    NOW = 0
+    SHOWN = 1
+    RUN = 2
+    DEMO = 3
+
+
+@dataclass(eq=False)
 class Job:
     """One piece of background work, watched by any number of sessions.
 
     Args:
         label: what it does, for people.
+        priority: jobs of a higher one (a lower number) go first.
+        is_automatic: nobody asked for it: it ends when no session shows its results any more.
         done: how many steps are done.
         total: how many there are; 0 while unknown.
         state: ``waiting``, ``running``, ``done``, ``cancelled`` or ``failed``.
         problem: why it failed, one sentence.
         results: how many times the work has kept more results.
+        waits_for: the label of the job that goes first; empty where there is none.
+        is_left: no session shows its results any more.
     """
 
     label: str
+    priority: Priority = Priority.RUN
+    is_automatic: bool = False
     done: int = 0
     total: int = 0
     state: str = "waiting"
     problem: str = ""
     results: int = 0
+    waits_for: str = ""
+    is_left: bool = False
     started_s: float = field(default_factory=time.monotonic)
+    _waited_s: float = 0.0
     _has_forecast: bool = False
     _end_s: float | None = None
     _cancel: threading.Event = field(default_factory=threading.Event)
+    _turn: Callable[["Job"], None] = lambda _job: None
 
     def advance(self, done: int, total: int) -> None:
         """Say how far the work is."""
@@ -57,13 +78,19 @@ class Job:
         self._cancel.set()
 
     def cancelled(self) -> bool:
-        """Whether somebody asked the work to stop."""
+        """Whether the work is to stop. It asks between its steps, and waits here while another job goes first."""
+        self._turn(self)
         return self._cancel.is_set()
 
     @property
     def active(self) -> bool:
         """Whether the work still waits or runs."""
         return self.state in ("waiting", "running")
+
+    @property
+    def rank(self) -> Priority:
+        """The priority, which a job loses that no session shows any more; one that ends keeps it to free the cores."""
+        return max(self.priority, Priority.RUN) if self.is_left and not self._cancel.is_set() else self.priority
 
     @property
     def fraction(self) -> float:
@@ -77,11 +104,18 @@ class Job:
             return None if self._end_s is None else max(0.0, self._end_s - time.monotonic())
         if not self.done or not self.total:
             return None
-        return (time.monotonic() - self.started_s) / self.done * (self.total - self.done)
+        return (time.monotonic() - self.started_s - self._waited_s) / self.done * (self.total - self.done)
+
+    def waited(self, seconds: float) -> None:
+        """Leave out of the pace and the forecast what was spent waiting for others."""
+        self._waited_s += seconds
+        self._end_s = None if self._end_s is None else self._end_s + seconds
 
 
 def progress_text(job: Job, unit: str) -> str:
     """What a job does, how far it is and how long it will take."""
+    if job.waits_for:
+        return f"{job.label}: waits for “{job.waits_for}”"
     if not job.total:
         return f"{job.label} …"
     left_s = job.seconds_left
@@ -90,16 +124,26 @@ def progress_text(job: Job, unit: str) -> str:
     return f"{job.label}: {done}{time_left}"
 
 
-class Jobs:
-    """Runs jobs, two at a time, and remembers the last one of each key; they end with the process.
+class Viewer:
+    """One session, and the keys of the jobs whose results it shows, by the part of the page that shows them."""
 
+    def __init__(self) -> None:
+        self.shown: dict[str, str] = {}
+
+
+class Jobs:
+    """Runs jobs and remembers the last one of each key; they end with the process.
+
+    One job at a time has the cores: the one of the highest priority, of several the one that was started first. One of
+    a lower priority that is running waits after its step; the other one does not wait for that.
     An executor would keep a server that is stopped until all its work is done.
     """
 
     def __init__(self) -> None:
-        self._free = threading.Semaphore(WORKERS)
         self._jobs: dict[str, Job] = {}
-        self._lock = threading.Lock()
+        self._order: list[Job] = []
+        self._viewers: WeakSet[Viewer] = WeakSet()
+        self._changed = threading.Condition()
         atexit.register(self._stop)
 
     def get(self, key: str) -> Job | None:
@@ -116,32 +160,80 @@ class Jobs:
         job = self.get(key)
         return job is not None and job.active
 
-    def start(self, key: str, label: str, work: Callable[[Job], None]) -> Job:
+    def start(
+        self,
+        key: str,
+        label: str,
+        work: Callable[[Job], None],
+        *,
+        priority: Priority = Priority.RUN,
+        is_automatic: bool = False,
+    ) -> Job:
         """Start work, or return the job that already does it.
 
         Args:
             key: names the work, the same in every session.
             label: what it does, for people.
             work: called with the job in another thread; it calls ``advance`` and heeds ``cancelled``.
+            priority: whose turn it is.
+            is_automatic: whether it ends when no session shows its results any more, see ``show``.
         """
-        with self._lock:
+        with self._changed:
             job = self._jobs.get(key)
             if job is not None and job.active:
                 return job
-            job = self._jobs[key] = Job(label)
+            job = self._jobs[key] = Job(label, priority, is_automatic=is_automatic, _turn=self._wait_for_turn)
+            self._order.append(job)
+            self._changed.notify_all()
             threading.Thread(target=self._run, args=(job, work), name=f"corsmal-job {key}", daemon=True).start()
             return job
 
+    def show(self, viewer: Viewer, part: str, key: str) -> None:
+        """Say that a session shows the results of a job in a part of its page, and those of no other one there.
+
+        A job that no session shows any more loses its priority; an automatic one is cancelled.
+        """
+        with self._changed:
+            self._viewers.add(viewer)
+            left, viewer.shown[part] = viewer.shown.get(part, ""), key
+            shown = {each for other in self._viewers for each in other.shown.values()}
+            job = self._jobs.get(left)
+            if job is not None and job.active and left not in shown:
+                job.is_left = True
+                if job.is_automatic:
+                    job.cancel()
+            job = self._jobs.get(key)
+            if job is not None and job.active and not job._cancel.is_set():
+                job.is_left = False
+            self._changed.notify_all()
+
     def _run(self, job: Job, work: Callable[[Job], None]) -> None:
-        with self._free:
-            job.state, job.started_s = "running", time.monotonic()
-            try:
+        try:
+            self._wait_for_turn(job)
+            job.started_s, job._waited_s = time.monotonic(), 0.0
+            if not job._cancel.is_set():
                 work(job)
-                job.state = "cancelled" if job.cancelled() else "done"
-            except CorsmalError as error:
-                job.problem, job.state = str(error), "failed"
-            except Exception as error:  # noqa: BLE001 - the thread would swallow it: the page must say that the job died
-                job.problem, job.state = f"{job.label} stopped unexpectedly: {error!r}", "failed"
+            job.state = "cancelled" if job._cancel.is_set() else "done"
+        except CorsmalError as error:
+            job.problem, job.state = str(error), "failed"
+        except Exception as error:  # noqa: BLE001 - the thread would swallow it: the page must say that the job died
+            job.problem, job.state = f"{job.label} stopped unexpectedly: {error!r}", "failed"
+        finally:
+            with self._changed:
+                self._order.remove(job)
+                self._changed.notify_all()
+
+    def _wait_for_turn(self, job: Job) -> None:
+        """Wait while another job goes first, unless this one is to stop."""
+        with self._changed:
+            if not job.active:
+                return
+            began_s = time.monotonic()
+            while not job._cancel.is_set() and (first := min(self._order, key=lambda each: each.rank)) is not job:
+                job.state, job.waits_for = "waiting", first.label
+                self._changed.wait(TURN_S)
+            job.state, job.waits_for = "running", ""
+            job.waited(time.monotonic() - began_s)
 
     def _stop(self) -> None:
         jobs, deadline_s = list(self._jobs.values()), time.monotonic() + FAREWELL_S

@@ -18,7 +18,7 @@ from corsmal.geometry import Camera
 from corsmal.parameters import METHOD_VIEWS, CentreRule, ShapeParameters
 from corsmal.selection import BestFrame, Pair
 from corsmal.shape import Agreement, agreement, silhouettes
-from corsmal.stages.detections import DetectionSet, load_detections
+from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.fits import load_fit
 from corsmal.stages.moments import kept_estimate
@@ -67,15 +67,19 @@ class OpenedRecording:
         """The key of the job that detects in the recording."""
         return f"detect {self.key}"
 
+    @property
+    def frame_job_key(self) -> str:
+        """The key of the job that inspects one frame of the recording."""
+        return f"{self.job_key}, one frame"
+
     @cached_property
     def detections(self) -> DetectionSet:
-        """Files beside the videos, else what the store holds; read again when a job of this server has kept more."""
-        job = shared.jobs().get(self.job_key)
-        return self._detections(None if job is None else (job.started_s, job.active, job.results))
+        """Files beside the videos, else what the store holds; read again when one of these files has changed."""
+        return self._detections(detections_origin(self.recording, store=shared.store()))
 
     @cached(32, spinner="Reading the detections")
-    def _detections(self, job_state: object) -> DetectionSet:
-        del job_state
+    def _detections(self, origin: str) -> DetectionSet:
+        del origin
         return load_detections(self.recording, store=shared.store())
 
     @cached_property

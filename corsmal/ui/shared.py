@@ -4,6 +4,8 @@ import os
 from functools import cache
 
 from corsmal.dataset import Dataset, open_dataset
+from corsmal.engines.inspector import ProcessInspector
+from corsmal.stages.settings import DetectorSettings
 from corsmal.store import Store
 from corsmal.ui.caching import cached
 from corsmal.ui.jobs import Jobs
@@ -19,6 +21,12 @@ def store() -> Store:
 def jobs() -> Jobs:
     """The background jobs of this server."""
     return Jobs()
+
+
+@cache
+def inspector(settings: DetectorSettings) -> ProcessInspector:
+    """A detector in processes of its own, for all recordings that somebody waits for."""
+    return ProcessInspector(settings)
 
 
 @cached(8, key=lambda root: (root, _folder_times(os.path.expanduser(root))), spinner="Reading the dataset folder")

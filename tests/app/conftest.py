@@ -6,13 +6,17 @@ The full demo that such an app makes has one small recording.
 import shutil
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 import pytest
 import streamlit as st
 
+from corsmal.detection import ViewDetections
+from corsmal.stages.inspection import InProcess, Piece
+from corsmal.stages.settings import DetectorSettings
 from corsmal.synthetic.writing.dataset import write_demo
 from corsmal.ui import demo, shared
 from tests.tiny import write_tiny_dataset
@@ -24,10 +28,34 @@ def fresh_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     monkeypatch.delenv("CORSMAL_DATA", raising=False)
     monkeypatch.setattr(sys, "argv", ["app.py"])
     monkeypatch.setattr(demo, "write_demo", small_demo)
+    monkeypatch.setattr(shared, "inspector", cache(InspectorHere))
     _clear_caches()
     yield
     _end_jobs()
     _clear_caches()
+
+
+class InspectorHere:
+    """A detector in this process, where a test may have put another one in its place; how fast it is, tests say."""
+
+    piece_frames = 4
+    frame_s: float | None = None
+
+    def __init__(self, settings: DetectorSettings) -> None:
+        self._settings = settings
+
+    @cached_property
+    def _inspector(self) -> InProcess:
+        return InProcess(self._settings.open())
+
+    @property
+    def digest(self) -> str:
+        return self._inspector.digest
+
+    def __call__(
+        self, pieces: Sequence[Piece], *, cancelled: Callable[[], bool]
+    ) -> Iterator[tuple[int, ViewDetections]]:
+        yield from self._inspector(pieces, cancelled=cancelled)
 
 
 def small_demo(root: Path, **options: Any) -> tuple[str, ...]:

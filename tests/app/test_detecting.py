@@ -12,7 +12,7 @@ import pytest
 
 import corsmal.detection
 from corsmal.detection import Detections
-from corsmal.detection.maskrcnn import COCO_WEIGHTS_URL
+from corsmal.detection.coco_weights import COCO_WEIGHTS_URL
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.ui import shared
 from corsmal.weights import bundled_path

@@ -8,7 +8,7 @@ import torch
 from corsmal.dataset import open_dataset
 from corsmal.detection import SmallDetector
 from corsmal.parameters import METHOD_VIEWS
-from corsmal.stages.detections import detect_recording
+from corsmal.stages.search import detect_recording
 from corsmal.store import Store
 from corsmal.synthetic.render.frame import render_frame
 from corsmal.synthetic.scene.scene import training_scene

@@ -1,12 +1,10 @@
-import hashlib
-
 import numpy as np
 import pytest
 import safetensors.torch
 import torch
 from torchvision.models.detection import maskrcnn_resnet50_fpn
 
-from corsmal.detection import MaskRCNNDetector, maskrcnn
+from corsmal.detection import MaskRCNNDetector
 from corsmal.errors import ArgumentError, FileError
 
 HEIGHT, WIDTH = 48, 64
@@ -170,48 +168,3 @@ def test_the_folder_of_weights_can_be_named_and_its_file_is_checked(tmp_path, mo
 def test_arguments_out_of_range_are_errors(weights, change):
     with pytest.raises(ArgumentError, match=next(iter(change))):
         MaskRCNNDetector(weights, **change)
-
-
-CONTENT = b"some weights" * 200_000
-
-
-@pytest.fixture
-def server(tmp_path, monkeypatch):
-    """A folder that stands for torchvision's server, holding one file named after its content."""
-    folder = tmp_path / "server"
-    folder.mkdir()
-    file = folder / f"network-{hashlib.sha256(CONTENT).hexdigest()[:8]}.pth"
-    file.write_bytes(CONTENT)
-    monkeypatch.setattr(maskrcnn, "COCO_WEIGHTS_URL", file.as_uri())
-    monkeypatch.setenv("CORSMAL_WEIGHTS", str(tmp_path / "here"))
-    return file
-
-
-def test_weights_are_downloaded_once(tmp_path, server):
-    path = maskrcnn.coco_weights()
-    assert path.read_bytes() == CONTENT
-    assert path == tmp_path / "here" / server.name
-    server.unlink()
-    assert maskrcnn.coco_weights() == path
-    assert list(path.parent.iterdir()) == [path]
-
-
-def test_a_download_that_arrives_damaged_is_not_kept(tmp_path, server):
-    server.write_bytes(CONTENT[:-1])
-    with pytest.raises(FileError, match="arrived damaged"):
-        maskrcnn.coco_weights()
-    assert list((tmp_path / "here").iterdir()) == []
-
-
-def test_offline_the_error_says_which_file_to_put_where(tmp_path, server):
-    server.unlink()
-    with pytest.raises(FileError) as caught:
-        maskrcnn.coco_weights()
-    assert caught.value.path == tmp_path / "here" / server.name
-    assert f"download {server.as_uri()} and put it there" in caught.value.problem
-
-
-def test_a_folder_that_cannot_be_made_is_an_error(server, monkeypatch):
-    monkeypatch.setenv("CORSMAL_WEIGHTS", str(server / "below-a-file"))
-    with pytest.raises(FileError, match="set CORSMAL_WEIGHTS to another folder"):
-        maskrcnn.coco_weights()

@@ -32,6 +32,8 @@ class Faulty:
             raise CorsmalError("the recording is broken")
         if fault == "kill":
             os.kill(os.getpid(), signal.SIGKILL)
+        if fault == "pause":
+            time.sleep(0.3)
         if fault == "sleep":
             time.sleep(600)
         if fault == "compute":

@@ -1,4 +1,5 @@
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -55,10 +56,43 @@ def test_a_process_that_dies_before_its_work_is_replaced(dataset):
     assert [outcome.row["status"] for outcome in engine(Faulty(), list(dataset))] == ["done"] * 3
 
 
+def test_workers_that_stay_do_the_next_work_too(tmp_path):
+    engine = Processes(2, stays=True)
+    for _ in range(2):
+        assert len(list(engine(process_of, [tmp_path] * 4))) == 4
+    pids = pids_in(tmp_path)
+    assert len(pids) == 2
+    assert all(map(is_alive, pids))
+    engine.close()
+    assert not any(map(is_alive, pids))
+
+
+def test_work_of_workers_that_stay_is_completed_as_far_as_it_was_begun(dataset, tmp_path):
+    engine, stopped = Processes(1, stays=True), []
+    outcomes = engine(Faulty(raises={"000001": "pause"}, pids=tmp_path), list(dataset), cancelled=lambda: bool(stopped))
+    assert next(outcomes).index == 0
+    stopped.append(True)
+    assert [outcome.index for outcome in outcomes] in ([], [1])  # the second may have been begun
+    assert len(list(engine(Faulty(pids=tmp_path), list(dataset)))) == 3
+    assert len(pids_in(tmp_path)) == 1
+    engine.close()
+
+
+def test_a_worker_that_died_while_it_waited_is_replaced(tmp_path):
+    engine = Processes(1, stays=True)
+    list(engine(process_of, [tmp_path]))
+    [pid] = pids_in(tmp_path)
+    os.kill(pid, signal.SIGKILL)
+    [outcome] = engine(process_of, [tmp_path])
+    assert outcome.row is not None
+    assert len(pids_in(tmp_path)) == 2
+    engine.close()
+
+
 def test_work_gives_way_where_it_is_to(tmp_path):
     mine = os.getpriority(os.PRIO_PROCESS, 0)
     for gives_way, expected in ((False, mine), (True, max(mine, GIVING_WAY))):
-        outcomes = Processes(1)(process_of, [tmp_path] * 2, gives_way=gives_way)
+        outcomes = Processes(1, gives_way=gives_way)(process_of, [tmp_path] * 2)
         assert [outcome.row["niceness"] for outcome in outcomes] == [expected, expected]
 
 

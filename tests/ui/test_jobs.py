@@ -6,7 +6,7 @@ import time
 import pytest
 
 from corsmal.errors import FileError
-from corsmal.ui.jobs import Job, Jobs, progress_text
+from corsmal.ui.jobs import Job, Jobs, Priority, Viewer, progress_text
 
 
 def finished(job: Job) -> Job:
@@ -80,20 +80,140 @@ def test_work_that_fails_leaves_a_sentence_and_the_next_one_runs():
     assert "Detecting stopped unexpectedly" in second.problem
 
 
-def test_two_jobs_run_at_a_time_and_the_third_waits():
-    jobs, gate, begun = Jobs(), threading.Event(), threading.Barrier(3)
+class Steps:
+    """Work that takes steps when it is told to, and notes them in a list that others share."""
 
-    def work(_):
-        begun.wait(10)
-        gate.wait(10)
+    def __init__(self, name: str, noted: list[str]) -> None:
+        self.name, self.noted = name, noted
+        self.gate = threading.Semaphore(0)
 
-    running = [jobs.start(name, "x", work) for name in "ab"]
-    begun.wait(10)
-    third = jobs.start("c", "x", lambda _: None)
-    assert [job.state for job in (*running, third)] == ["running", "running", "waiting"]
-    assert third.active
-    gate.set()
-    assert [finished(job).state for job in (*running, third)] == ["done"] * 3
+    def __call__(self, job: Job) -> None:
+        for step in range(3):
+            if job.cancelled():
+                return
+            assert self.gate.acquire(timeout=10)
+            self.noted.append(f"{self.name}{step}")
+            job.advance(step + 1, 3)
+
+
+def until(condition) -> None:
+    deadline = time.monotonic() + 10
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+
+
+def test_jobs_of_one_priority_run_one_after_the_other_as_they_were_started():
+    jobs, noted = Jobs(), []
+    works = [Steps(name, noted) for name in "ab"]
+    first, second = (jobs.start(work.name, f"Job {work.name}", work) for work in works)
+    for work in works:
+        work.gate.release(3)
+    finished(second)
+    assert first.state == second.state == "done"
+    assert noted == ["a0", "a1", "a2", "b0", "b1", "b2"]
+
+
+def test_a_job_that_waits_says_what_for_and_can_be_cancelled():
+    jobs, noted = Jobs(), []
+    first, second = Steps("a", noted), Steps("b", noted)
+    jobs.start("a", "The first", first)
+    waiting = jobs.start("b", "The second", second)
+    until(lambda: waiting.waits_for)
+    assert (waiting.state, waiting.active) == ("waiting", True)
+    assert progress_text(waiting, "frames") == "The second: waits for “The first”"
+    waiting.cancel()
+    assert finished(waiting).state == "cancelled"
+    first.gate.release(3)
+    until(lambda: jobs.state("a") == "done")
+    assert noted == ["a0", "a1", "a2"]
+
+
+def test_a_job_of_a_lower_priority_yields_after_its_step_and_then_resumes():
+    jobs, noted = Jobs(), []
+    run, now = Steps("run", noted), Steps("now", noted)
+    lower = jobs.start("run", "A run", run)
+    run.gate.release()
+    until(lambda: noted == ["run0"])
+    higher = jobs.start("now", "A search", now, priority=Priority.NOW)
+    run.gate.release()  # the step that was begun
+    until(lambda: noted == ["run0", "run1"])
+    until(lambda: lower.state == "waiting")
+    run.gate.release()
+    now.gate.release(3)
+    finished(higher)
+    finished(lower)
+    assert noted == ["run0", "run1", "now0", "now1", "now2", "run2"]
+    assert lower.state == "done"
+
+
+def test_a_job_of_a_higher_priority_does_not_wait_for_the_others_step():
+    jobs, noted = Jobs(), []
+    run, now = Steps("run", noted), Steps("now", noted)
+    lower = jobs.start("run", "A run", run)
+    until(lambda: lower.state == "running")
+    now.gate.release(3)
+    finished(jobs.start("now", "A search", now, priority=Priority.NOW))
+    assert noted == ["now0", "now1", "now2"]
+    run.gate.release(3)
+    finished(lower)
+
+
+def test_the_time_spent_waiting_is_no_part_of_the_pace():
+    job = Job("Run", done=1, total=2, started_s=time.monotonic() - 100)
+    job.forecast(10)
+    job.waited(90)
+    assert job.seconds_left == pytest.approx(100, abs=1)
+    paced = Job("Run", done=1, total=2, started_s=time.monotonic() - 100)
+    paced.waited(90)
+    assert paced.seconds_left == pytest.approx(10, abs=1)
+
+
+def test_what_begins_by_itself_ends_when_no_session_shows_it():
+    jobs, noted, one, two = Jobs(), [], Viewer(), Viewer()
+    work = Steps("a", noted)
+    for viewer in (one, two):
+        jobs.show(viewer, "detections", "a")
+    job = jobs.start("a", "A search", work, priority=Priority.NOW, is_automatic=True)
+    jobs.show(one, "detections", "b")
+    assert not job.is_left
+    jobs.show(two, "known when", "c")  # another part of the page
+    assert not job.is_left
+    jobs.show(two, "detections", "b")
+    assert job.is_left
+    work.gate.release(3)
+    assert finished(job).state == "cancelled"
+    assert len(noted) < 3
+
+
+def test_what_was_asked_for_loses_its_priority_when_no_session_shows_it():
+    jobs, noted, viewer = Jobs(), [], Viewer()
+    asked, shown = Steps("asked", noted), Steps("shown", noted)
+    jobs.show(viewer, "detections", "asked")
+    first = jobs.start("asked", "All frames", asked, priority=Priority.SHOWN)
+    until(lambda: first.state == "running")
+    jobs.show(viewer, "detections", "shown")
+    assert first.rank == Priority.RUN
+    second = jobs.start("shown", "All frames", shown, priority=Priority.SHOWN)
+    asked.gate.release(3)
+    shown.gate.release(3)
+    finished(second)
+    jobs.show(viewer, "detections", "asked")
+    assert finished(first).state == "done"
+    assert noted.index("shown2") < noted.index("asked2")
+
+
+def test_a_session_that_has_ended_shows_nothing():
+    jobs, noted, one, gone = Jobs(), [], Viewer(), Viewer()
+    work = Steps("a", noted)
+    for viewer in (one, gone):
+        jobs.show(viewer, "detections", "a")
+    del gone, viewer
+    job = jobs.start("a", "A search", work, is_automatic=True)
+    jobs.show(one, "detections", "b")
+    assert job.is_left
+    work.gate.release(3)
+    assert finished(job).state == "cancelled"
 
 
 def test_results_are_counted():

@@ -108,7 +108,7 @@ def write_demo(
         outcomes = in_turn(task, making.pieces, cancelled=cancelled)
     else:
         processes = start_processes(root, count=workers)
-        outcomes = processes(task, making.pieces, gives_way=True, cancelled=cancelled)
+        outcomes = processes(task, making.pieces, cancelled=cancelled)
     with closing(outcomes):
         for outcome in outcomes:
             if outcome.problem:

@@ -64,7 +64,7 @@ def start_processes(root: Path, *, count: int | None = None) -> Processes:
     sources = [path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parents[1].rglob("*.py"))]
     kernels = root / STAGING / f"kernels-{digest('kernels', importlib.metadata.version('numba'), sources)}"
     environment = {"NUMBA_CACHE_DIR": os.environ.get("NUMBA_CACHE_DIR") or str(kernels)}
-    processes = Processes(count or min(PROCESSES_MAX, cores()), environment)
+    processes = Processes(count or min(PROCESSES_MAX, cores()), environment, gives_way=True)
     processes.start(_compile, KERNELS)
     return processes
 

@@ -15,7 +15,7 @@ from corsmal.ui import shared
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.following import follow
-from corsmal.ui.jobs import Job
+from corsmal.ui.jobs import Job, Priority
 from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.one_of import one_of
 
@@ -86,10 +86,10 @@ def _offer(key: str, run: Run, dataset: Dataset) -> None:
                 run,
                 dataset,
                 store=store,
-                engine=local_engine(len(run.rows)),
+                engine=local_engine(len(run.rows), gives_way=True),
                 progress=job.advance,
                 cancelled=job.cancelled,
             )
 
-        shared.jobs().start(key, "Replacing stages", work)
+        shared.jobs().start(key, "Replacing stages", work, priority=Priority.SHOWN)
         st.rerun()

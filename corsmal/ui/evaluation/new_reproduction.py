@@ -129,7 +129,7 @@ def start(dataset: Dataset, out: Path, settings: ReproductionSettings, tests: li
                 settings=settings,
                 tests=[test.root for test in tests],
                 store=store,
-                engine=local_engine(len(dataset), detects=settings.detector is not None),
+                engine=local_engine(len(dataset), detects=settings.detector is not None, gives_way=True),
                 progress=report,
                 cancelled=job.cancelled,
             )

@@ -170,7 +170,7 @@ def start(dataset: Dataset, name: str, ids: Sequence[str], settings: EstimateSet
             settings,
             store=store,
             recordings=ids,
-            engine=local_engine(len(ids), detects=settings.detector is not None),
+            engine=local_engine(len(ids), detects=settings.detector is not None, gives_way=True),
             progress=job.advance,
             cancelled=job.cancelled,
         )

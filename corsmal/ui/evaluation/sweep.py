@@ -15,7 +15,7 @@ from corsmal.ui import session, shared
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.following import follow
-from corsmal.ui.jobs import Job
+from corsmal.ui.jobs import Job, Priority
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.one_of import one_of
 
@@ -48,7 +48,7 @@ def sweep_section(judged: Judged) -> None:
         def work(job: Job) -> None:
             sweep_run(run, dataset, grid, store=store, progress=job.advance, cancelled=job.cancelled)
 
-        shared.jobs().start(key, "Sweeping", work)
+        shared.jobs().start(key, "Sweeping", work, priority=Priority.SHOWN)
         st.rerun()
 
 

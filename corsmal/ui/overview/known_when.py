@@ -14,13 +14,14 @@ from corsmal.store import Store
 from corsmal.ui import session, shared
 from corsmal.ui.estimating import times_s
 from corsmal.ui.filling import sound
-from corsmal.ui.jobs import Job, progress_text
+from corsmal.ui.following import follow, shows
+from corsmal.ui.jobs import Job, Priority
 from corsmal.ui.linked_plot import linked_plot
-from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording
 
-WATCHED = "known_when_job"
-POLL_S = 0.7
+PART = "known when"
+"""Of the page, as ``following.shows`` has it."""
+
 ANSWERS = {
     "filling_type": "type",
     "filling_level": "level",
@@ -30,23 +31,32 @@ ANSWERS = {
 
 
 def begin(opened: OpenedRecording, networks: Predictors) -> Job | None:
-    """Compute in the background what the store lacks; what this session watched before is stopped.
+    """Compute in the background what the store lacks; what this session showed before is stopped.
 
     Returns:
-        The job, where one is needed.
+        The job, where one is needed; one that failed or was stopped does not begin again by itself.
     """
-    key = f"known when {opened.key} {opened.detections.key} {networks.key}"
-    earlier = st.session_state.get(WATCHED, key)
-    st.session_state[WATCHED] = key
-    if earlier != key and (job := shared.jobs().get(earlier)) is not None:
-        job.cancel()
-    times = times_s(opened)
-    if len(moments(opened, networks)) == len(times):
+    key = _key(opened, networks)
+    shows(PART, key)
+    if len(moments(opened, networks)) == len(times_s(opened)):
         return None
     job = shared.jobs().get(key)
-    if job is not None and job.state == "failed":
-        return job
-    return shared.jobs().start(key, "What was known when", _work(opened, networks, times, shared.store()))
+    is_new = job is None or (job.is_left and job.state == "cancelled")
+    return _start(opened, networks) if is_new else job
+
+
+def _start(opened: OpenedRecording, networks: Predictors) -> Job:
+    work = _work(opened, networks, times_s(opened), shared.store())
+    key = _key(opened, networks)
+    return shared.jobs().start(key, "What was known when", work, priority=Priority.NOW, is_automatic=True)
+
+
+def _restart(opened: OpenedRecording, networks: Predictors) -> None:
+    _start(opened, networks)
+
+
+def _key(opened: OpenedRecording, networks: Predictors) -> str:
+    return f"known when {opened.key} {opened.detections.key} {networks.key}"
 
 
 def _work(opened: OpenedRecording, networks: Predictors, times: Sequence[float], store: Store) -> Callable[[Job], None]:
@@ -75,17 +85,15 @@ def panel(opened: OpenedRecording, networks: Predictors, found: Estimate, job: J
     """The curves, drawn again while a job computes them."""
 
     def draw() -> None:
-        if job is not None and job.state == "failed":
-            st.warning(plain(job.problem), icon=":material/warning:")
-        elif job is not None and job.active:
-            st.progress(job.fraction, text=progress_text(job, "times"))
-        elif job is not None:
-            st.rerun()
         known = moments(opened, networks)
         if known:
             _curves(opened, found, known)
 
-    st.fragment(draw, run_every=POLL_S if job is not None and job.active else None)()
+    if job is not None and follow(_key(opened, networks), unit="times", show=draw):
+        return
+    if job is not None and job.state == "cancelled":
+        st.button("Compute the rest", icon=":material/play_arrow:", on_click=_restart, args=(opened, networks))
+    draw()
 
 
 def _curves(opened: OpenedRecording, found: Estimate, known: Sequence[Moment]) -> None:
