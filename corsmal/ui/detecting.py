@@ -137,7 +137,7 @@ def _offer(opened: OpenedRecording) -> None:
             f"`{open_views[0]}/detections/{recording.id}.json`.",
             icon=":material/search:",
         )
-    left, middle, right = st.columns([2, 1, 1], vertical_alignment="bottom")
+    left, middle, right = st.columns([2, 1.5, 1.1], vertical_alignment="bottom")
     with left:
         detector = detector_control(is_synthetic=recording.is_synthetic, key="detector")
     settings = find_detector(detector)

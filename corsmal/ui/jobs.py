@@ -56,13 +56,17 @@ class Job:
     is_left: bool = False
     started_s: float = field(default_factory=time.monotonic)
     _waited_s: float = 0.0
+    _began: tuple[int, float] | None = None
     _has_forecast: bool = False
     _end_s: float | None = None
     _cancel: threading.Event = field(default_factory=threading.Event)
     _turn: Callable[["Job"], None] = lambda _job: None
 
     def advance(self, done: int, total: int) -> None:
-        """Say how far the work is."""
+        """Say how far the work is. The pace counts from the first call on, not from while networks were loaded."""
+        if not self.total:
+            self._began = done, time.monotonic()
+            self._waited_s = 0.0
         self.done, self.total = done, total
 
     def forecast(self, left_s: float | None) -> None:
@@ -102,9 +106,10 @@ class Job:
         """As the work forecasts, else at the rate so far; None where neither is known yet."""
         if self._has_forecast:
             return None if self._end_s is None else max(0.0, self._end_s - time.monotonic())
-        if not self.done or not self.total:
+        first, began_s = self._began or (0, self.started_s)
+        if self.done <= first:
             return None
-        return (time.monotonic() - self.started_s - self._waited_s) / self.done * (self.total - self.done)
+        return (time.monotonic() - began_s - self._waited_s) / (self.done - first) * (self.total - self.done)
 
     def waited(self, seconds: float) -> None:
         """Leave out of the pace and the forecast what was spent waiting for others."""

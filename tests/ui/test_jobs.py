@@ -20,7 +20,7 @@ def finished(job: Job) -> Job:
 
 def test_work_runs_and_says_how_far_it_is():
     jobs = Jobs()
-    job = jobs.start("a", "Counting", lambda job: job.advance(3, 4))
+    job = jobs.start("a", "Counting", lambda job: (job.advance(0, 4), job.advance(3, 4)))
     finished(job)
     assert (job.state, job.done, job.total) == ("done", 3, 4)
     assert job.seconds_left is not None
@@ -233,8 +233,11 @@ def test_results_are_counted():
     ],
 )
 def test_progress_is_said_in_a_sentence(monkeypatch, done, total, elapsed_s, expected):
-    monkeypatch.setattr(time, "monotonic", lambda: 1000.0)
-    job = Job("Detecting", started_s=1000.0 - elapsed_s)
+    clock = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
+    job = Job("Detecting", started_s=1000.0 - 60)  # for a minute networks were loaded
+    job.advance(0, total)
+    clock[0] += elapsed_s
     job.advance(done, total)
     assert progress_text(job, "frames") == expected
     assert job.fraction == (done / total if total else 0)
