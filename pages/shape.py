@@ -12,7 +12,6 @@ from corsmal.ui.pair_and_frame import frame_control, pair_control
 from corsmal.ui.pins import pin_button
 from corsmal.ui.shape.measures import (
     annotated,
-    annotated_profile_mm,
     frame_problems,
     hull_downloads,
     measures,
@@ -53,7 +52,7 @@ def fit_panel(opened: OpenedRecording) -> None:
     frame_problems(fit, agreements, is_inspected=opened.is_inspected(fit.pair, frame))
     if fit.hull.ok:
         hull = None if beside is None else (beside[0], beside[1].hull)
-        hull_plots(opened, fit, beside=hull, estimated=estimated, truth_mm=annotated_profile_mm(truth))
+        hull_plots(opened, fit, beside=hull, estimated=estimated)
     reprojections(opened, best, fit, frame=frame, points=shape.points, agreements=agreements)
     if fit.hull.ok:
         hull_downloads(opened.id, fit)

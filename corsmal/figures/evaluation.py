@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 
-from corsmal.figures.style import BEST, HULL, INSIDE, OUTSIDE, TRUTH, Part, axis, bars, plain_layout, scatter
+from corsmal.figures.style import BEST, INSIDE, MEASURED, OUTSIDE, TRUTH, Part, axis, bars, plain_layout, scatter
 
 VERDICT_COLOURS = {"better": INSIDE, "worse": OUTSIDE, "no significant difference": TRUTH}
 POINT_JITTER = 0.32
@@ -45,7 +45,7 @@ def spread_figure(
             customdata=names,
             text=[f"{value:.1f}" if np.isfinite(value) else "no number" for value in table["value"]],
             textposition="auto",
-            marker={"color": HULL},
+            marker={"color": MEASURED},
             hovertemplate="%{customdata}: %{x:.1f} %<extra></extra>",
         )
     ]
@@ -89,7 +89,7 @@ def _strips(points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, seed: i
         **on,
     }
     traces = [box]
-    for failed, name, colour in ((False, "measured", HULL), (True, "failed: training mean", OUTSIDE)):
+    for failed, name, colour in ((False, "measured", MEASURED), (True, "failed: training mean", OUTSIDE)):
         own = (known["failed"] == failed).to_numpy()
         look = {"name": name, "marker": {"size": 7, "color": colour, "opacity": 0.75}, "showlegend": bool(own.any())}
         shown = f"%{{customdata}}: %{{x:+.1f}} {unit}<extra></extra>"

@@ -22,7 +22,7 @@ from corsmal.figures.sound import SoundPicture
 from corsmal.figures.style import (
     BEST,
     CONTAINER,
-    HULL,
+    PRESET_COLOURS,
     TOTAL,
     TRUTH,
     Part,
@@ -60,6 +60,7 @@ def known_when_figure(
     picture: SoundPicture | None = None,
     annotation: Annotation | None = None,
     best: tuple[float, str] | None = None,
+    preset: str = "tuned",
 ) -> Drawn:
     """Filling, capacity and masses against the time at which the recording would have ended.
 
@@ -70,6 +71,7 @@ def known_when_figure(
         picture: its sound.
         annotation: the truth, as dashed lines.
         best: a moment, s, that a line marks, and its name.
+        preset: of the estimates, whose colour the capacity has.
 
     Returns:
         A figure with its height set.
@@ -78,7 +80,7 @@ def known_when_figure(
     inner_px, domains = stacked_domains({name: PANELS_PX[name] for name in names})
     ids = {name: f"y{number}" if number > 1 else "y" for number, name in enumerate(names, 1)}
     truths = _truths(annotation, ids)
-    traces = [*_capacity(moments, yaxis=ids["capacity"]), *_masses(moments, ids)]
+    traces = [*_capacity(moments, yaxis=ids["capacity"], colour=PRESET_COLOURS[preset]), *_masses(moments, ids)]
     labels: list[Part] = []
     for head in (head for head in HEAD_COLOURS if head in ids):
         curves = _shares(moments, head)
@@ -133,9 +135,9 @@ def _shares(moments: Sequence[Moment], head: Head) -> tuple[Floats, Floats]:
     return np.array([moment.time_s for moment in heard]), shares
 
 
-def _capacity(moments: Sequence[Moment], *, yaxis: str) -> list[Part]:
+def _capacity(moments: Sequence[Moment], *, yaxis: str, colour: str) -> list[Part]:
     """The band of the intervals, and the estimates above it."""
-    line = _line(moments, "capacity_ml", yaxis=yaxis, name="capacity", colour=HULL)
+    line = _line(moments, "capacity_ml", yaxis=yaxis, name="capacity", colour=colour)
     line |= {"customdata": [_interval(moment) for moment in moments], "hovertemplate": "%{y:.0f} mL%{customdata}"}
     x: list[float | None] = []
     y: list[float | None] = []
@@ -147,7 +149,7 @@ def _capacity(moments: Sequence[Moment], *, yaxis: str) -> list[Part]:
             y += [moment.row["capacity_ml_low"] for moment in there[::-1]]
             x, y = [*x, None], [*y, None]
     band = scatter(x, y, mode="lines", yaxis=yaxis, name="90 % interval", hoverinfo="skip", line={"width": 0})
-    return [band | {"fill": "toself", "fillcolor": HULL, "opacity": 0.25}, line] if x else [line]
+    return [band | {"fill": "toself", "fillcolor": colour, "opacity": 0.25}, line] if x else [line]
 
 
 def _interval(moment: Moment) -> str:

@@ -10,10 +10,13 @@ Part = dict[str, Any]
 
 VIEW_COLOURS = {"view1": "#E69F00", "view2": "#009E73", "view3": "#3B8EDE", "view4": "#8A8F98"}
 CONTAINER = "#14B8A6"
-HULL = "#5B8DEF"
-RING = "#2F5BB7"
-BESIDE = "#E69F00"
-"""A hull that another one is compared with."""
+PRESET_COLOURS = {"paper": "#A0714F", "lode": "#7D8B2B", "tuned": "#6A5ACD"}
+"""Of what was fitted with a preset: hulls, profiles, curves. None is a view's."""
+RING = "#3F4A56"
+TABLE = "#8A8F98"
+ERROR_COLOURS = [[0.0, "#2166AC"], [0.5, "#F3F3F1"], [1.0, "#B2182B"]]
+"""Of signed distances, from inside the true shape to outside it."""
+MEASURED = "#5B8DEF"
 PENALTY = "#D55E00"
 BEST = "#CC79A7"
 DROPPED = "#D55E00"

@@ -2,6 +2,7 @@
 
 from corsmal.shape.circumferences import fit_hull, on_mask
 from corsmal.shape.exporting import MESH_FORMATS, export_mesh, hull_mesh, profile_table
+from corsmal.shape.known_profile import KnownProfile
 from corsmal.shape.measuring import capacity_ml, measure_hull
 from corsmal.shape.records import Dimensions, Hull
 from corsmal.shape.sections import Agreement, agreement, circumference_points, silhouettes
@@ -12,6 +13,7 @@ __all__ = [
     "Agreement",
     "Dimensions",
     "Hull",
+    "KnownProfile",
     "agreement",
     "capacity_ml",
     "circumference_points",

@@ -17,10 +17,11 @@ from corsmal.figures import draw_detections, jpeg
 from corsmal.geometry import Camera
 from corsmal.parameters import METHOD_VIEWS, CentreRule, ShapeParameters
 from corsmal.selection import BestFrame, Pair
-from corsmal.shape import Agreement, agreement, silhouettes
+from corsmal.shape import Agreement, KnownProfile, agreement, silhouettes
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.fits import load_fit
+from corsmal.stages.known_profiles import known_profile
 from corsmal.stages.moments import kept_estimate
 from corsmal.stages.true_masks import true_masks
 from corsmal.ui import shared
@@ -165,6 +166,11 @@ class OpenedRecording:
     @cached(8)
     def _true_masks(self, view: str) -> ViewDetections:
         return true_masks(self.recording, view, kind="amodal")
+
+    @cached(16)
+    def known_profile(self, frame: int) -> KnownProfile | None:
+        """See ``corsmal.stages.known_profiles.known_profile``."""
+        return known_profile(self.recording, frame)
 
     def is_inspected(self, pair: Pair, frame: int) -> bool:
         """Whether a detector has inspected the frame in both views, or a file says what is in it."""

@@ -58,6 +58,11 @@ class Choice:
         return self.shape_name if self.estimate == SHOWN else self.estimate or ESTIMATE
 
     @property
+    def estimate_preset(self) -> str:
+        """The preset that the parameters of the estimate over the whole recording are, or are nearest to."""
+        return self.preset if self.estimate == SHOWN else self.estimate or ESTIMATE
+
+    @property
     def estimated_shape(self) -> ShapeParameters:
         """The parameters of the estimate over the whole recording."""
         return self.shape if self.estimate == SHOWN else SHAPE_PRESETS[self.estimate or ESTIMATE]

@@ -11,6 +11,7 @@ from streamlit.delta_generator import DeltaGenerator
 
 from corsmal.dataset import open_dataset
 from corsmal.estimation import container_mask, estimate, read_view_detections
+from corsmal.figures.style import PRESET_COLOURS
 from corsmal.parameters import PAIRS, HeightRange, SelectionParameters, ShapeParameters
 from corsmal.shape import Hull, fit_hull, measure_hull
 from corsmal.ui.controls import PARAMETERS, Number
@@ -262,7 +263,7 @@ def test_tuned_is_fitted_and_the_paper_stands_beside_it(sound_root: Path) -> Non
     assert set(slider_values(visitor)) == {"tilt_deg", "wall_mm"}
     assert amount(visitor.frame_measures["Height"]) == pytest.approx(119, rel=0.05)
     names = {trace["name"] for trace in visitor.plots["hull"]["figure"]["data"]}
-    assert {"hull", "paper"} <= names
+    assert {"tuned", "paper"} <= names
     visitor.report("hull", values={"wall_mm": 3.0}, settled=True)
     assert visitor.address["wall"] == "3"
     visitor.choose("beside_paper", "nothing")
@@ -276,3 +277,30 @@ def test_page_opens_at_the_frame_that_the_recordings_estimate_explains_best(soun
     assert visitor.crashes == []
     assert visitor.widget("frame_control").value == found.fit.frame
     assert "frame" not in visitor.address
+
+
+def test_errors_are_coloured_on_request_and_axes_drawn(visitor: Visitor) -> None:
+    def shown() -> tuple[bool, bool]:
+        figure = visitor.plots["hull"]["figure"]
+        surface = next(trace for trace in figure["data"] if trace["name"] == "paper")
+        return "intensity" in surface, figure["layout"]["scene"]["xaxis"]["visible"]
+
+    assert shown() == (False, False)
+    visitor.choose("hull_errors", True)
+    visitor.choose("hull_axes", True)
+    assert shown() == (True, True)
+
+
+def test_without_a_known_profile_errors_cannot_be_coloured(root: Path) -> None:
+    (root / "ccm_tiny_annotation.json").unlink()
+    visitor = Visitor(root).open("shape")
+    assert visitor.crashes == visitor.errors == []
+    assert visitor.widget("hull_errors").disabled
+
+
+def test_hulls_have_the_colours_of_their_presets(visitor: Visitor) -> None:
+    for preset, other in (("paper", "tuned"), ("tuned", "paper")):
+        visitor.choose("preset_control", preset)
+        traces = {trace["name"]: trace for trace in visitor.plots["hull"]["figure"]["data"]}
+        assert traces[preset]["color"] == PRESET_COLOURS[preset]
+        assert traces[other]["line"]["color"] == PRESET_COLOURS[other]

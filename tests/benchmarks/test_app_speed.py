@@ -20,7 +20,7 @@ from corsmal.figures import (
     score_figure,
 )
 from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
-from corsmal.shape import fit_hull, measure_hull
+from corsmal.shape import KnownProfile, fit_hull, measure_hull
 from corsmal.ui import shared
 from corsmal.ui.linked_plot.component import figure_json
 from tests.app.driver import PAGES, Visitor
@@ -28,7 +28,7 @@ from tests.benchmarks.conftest import Opened
 
 PICTURE_WIDTH_PX = 960
 PAIR = PAIRS[0]
-SIZES_MM = (61.0, 98.0, 119.0)
+KNOWN = KnownProfile.frustum(61.0, 98.0, 119.0)
 
 slider = pytest.mark.benchmark(group="slider", max_time=0.5)
 drawing = pytest.mark.benchmark(group="figure", max_time=0.3)
@@ -71,7 +71,7 @@ def test_figures_of_a_slider_step(benchmark: BenchmarkFixture, opened: Opened, c
         fit = opened.fit(shape)
         figures = [
             hull_figure.parts(fit.hull, fit.dimensions, cameras=cameras),
-            profile_figure.parts(fit.hull, fit.dimensions, truth_mm=SIZES_MM),
+            profile_figure.parts(fit.hull, fit.dimensions, known=KNOWN),
         ]
         for view in PAIR:
             mask = opened.mask(view)
@@ -99,7 +99,7 @@ def figure(opened: Opened, cameras, images, request: pytest.FixtureRequest):
     mask = opened.mask(view)
     return {
         "hull": lambda: hull_figure.parts(fit.hull, fit.dimensions, cameras=cameras),
-        "profile": lambda: profile_figure.parts(fit.hull, fit.dimensions, truth_mm=SIZES_MM),
+        "profile": lambda: profile_figure.parts(fit.hull, fit.dimensions, known=KNOWN),
         "reprojection": lambda: reprojection_figure.parts(images[view], mask, cameras[view], fit.hull, points=19),
         "scores": lambda: score_figure.parts(opened.best, frame=3),
     }[request.param]

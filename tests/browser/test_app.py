@@ -103,6 +103,26 @@ def test_dragging_the_slider_refits_the_hull_and_leaves_the_camera(
         assert figure.evaluate(CAMERA)[name] == pytest.approx(camera[name], abs=1e-9)
 
 
+def test_buttons_turn_the_hull_and_the_view_stays_when_it_refits(page: Page, address: str) -> None:
+    page.goto(f"{address}/hull")
+    figure = plot(page, HULL)
+    heights = []
+    for name in ("Top", "Side", "Front"):
+        before = figure.evaluate(CAMERA)["eye"]
+        figure.locator(".updatemenu-button", has_text=name).click()
+        page.wait_for_function(
+            f"([node, before]) => ({CAMERA})(node).eye.x !== before.x", arg=[figure.element_handle(), before]
+        )
+        camera = figure.evaluate(CAMERA)
+        heights.append(camera["eye"]["z"] - camera["center"]["z"])
+    assert heights[0] > 1.5
+    assert heights[1:] == pytest.approx([0, 0], abs=1e-6)
+    rings = figure.evaluate(RINGS)
+    page.get_by_role("slider", name="L, circumferences").press("PageUp")
+    page.wait_for_function(MORE_RINGS, arg=[figure.element_handle(), rings])
+    assert figure.evaluate(CAMERA)["eye"] == pytest.approx(camera["eye"], abs=1e-9)
+
+
 def test_address_opened_elsewhere_shows_the_same_and_back_goes_back(page: Page, address: str) -> None:
     page.goto(f"{address}/hull?frame=2&L=60")
     plot(page, HULL)

@@ -3,7 +3,7 @@ import pytest
 
 from corsmal.dataset import Annotation
 from corsmal.figures.known_when import known_when_figure
-from corsmal.figures.style import BEST, CONTAINER, HULL, LEVEL_COLOURS, TOTAL, TYPE_COLOURS
+from corsmal.figures.style import BEST, CONTAINER, LEVEL_COLOURS, PRESET_COLOURS, TOTAL, TYPE_COLOURS
 from corsmal.stages.moments import Moment
 from tests.figures.test_sound import made_picture, of_axis, texts
 
@@ -45,7 +45,9 @@ def test_capacity_is_a_line_with_gaps_above_the_band_of_its_intervals():
     assert list(line.y) == [None, 500.0, 520.0, 510.0]
     assert list(band.x) == [1.0, 1.5, 1.5, 1.0, None]
     assert list(band.y) == [550.0, 540.0, 500.0, 450.0, None]
-    assert (line.line.color, band.fillcolor) == (HULL, HULL)
+    assert (line.line.color, band.fillcolor) == (PRESET_COLOURS["tuned"],) * 2
+    papers = known_when_figure(MOMENTS, end_s=2.0, preset="paper")
+    assert {part.line.color for part in of_axis(papers, panel_of(papers, "Capacity"))[1:]} == {PRESET_COLOURS["paper"]}
     assert list(line.customdata) == ["", " (90 %: 450–550 mL)", " (90 %: 500–540 mL)", ""]
     assert "<b>Capacity</b> from the frames so far, band: 90 % interval" in texts(figure)
 

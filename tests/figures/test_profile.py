@@ -2,8 +2,11 @@ import numpy as np
 import pytest
 
 from corsmal.figures import profile_figure
-from corsmal.shape import Dimensions, Hull
+from corsmal.figures.style import PRESET_COLOURS
+from corsmal.shape import Dimensions, Hull, KnownProfile
 from tests.figures.made import made_dimensions, made_hull, traces
+
+ANNOTATED = KnownProfile.frustum(61.0, 98.0, 119.0)
 
 
 def test_radii_are_told_apart_by_what_became_of_them():
@@ -33,10 +36,25 @@ def test_ends_at_the_same_height_and_width_keep_both_their_captions():
 
 
 def test_the_annotated_frustum_stands_on_the_lower_end():
-    figure = profile_figure(made_hull(), made_dimensions(), truth_mm=(61.0, 98.0, 119.0))
+    figure = profile_figure(made_hull(), made_dimensions(), known=ANNOTATED)
     truth = traces(figure)["annotated size, from the lower end up"]
     assert list(truth.x) == [0, 30.5, 49, 0]
     assert list(truth.y) == [50, 50, 169, 169]
+
+
+def test_a_true_profile_stands_where_its_base_is_whatever_was_fitted():
+    true = KnownProfile([0, 10, 20], [30, 5, 40], "true profile", base_mm=44)
+    truth = traces(profile_figure(made_hull(), Dimensions(reason="d_max is too small"), known=true))["true profile"]
+    assert list(truth.x) == [0, 30, 5, 40, 0]
+    assert list(truth.y) == [44, 44, 54, 64, 64]
+
+
+def test_each_preset_has_its_colour_on_either_side_of_a_comparison():
+    hull = made_hull()
+    for fitted, other in (("paper", "tuned"), ("tuned", "paper")):
+        found = traces(profile_figure(hull, made_dimensions(), preset=fitted, beside=(other, hull)))
+        assert found["kept"].marker.color == found["kept"].line.color == PRESET_COLOURS[fitted]
+        assert found[other].line.color == PRESET_COLOURS[other]
 
 
 def test_scales_are_equal_and_the_widest_radius_is_inside():
@@ -46,13 +64,13 @@ def test_scales_are_equal_and_the_widest_radius_is_inside():
 
 
 def test_failed_measures_leave_the_radii_without_ends_and_truth():
-    figure = profile_figure(made_hull(), Dimensions(reason="d_max is too small"), truth_mm=(61.0, 98.0, 119.0))
+    figure = profile_figure(made_hull(), Dimensions(reason="d_max is too small"), known=ANNOTATED)
     assert set(traces(figure)) == {"rejected by d_max", "unfitted"}
     assert len(figure.layout.shapes) == 0
 
 
 def test_a_failed_hull_is_an_empty_figure():
-    figure = profile_figure(Hull.failed("no"), Dimensions(reason="no"), truth_mm=(61.0, 98.0, 119.0))
+    figure = profile_figure(Hull.failed("no"), Dimensions(reason="no"), known=ANNOTATED)
     assert len(figure.data) == 0
     assert list(figure.layout.xaxis.range) == pytest.approx([0, 1.1 * 98 / 2])
 

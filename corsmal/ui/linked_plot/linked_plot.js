@@ -130,6 +130,7 @@ class LinkedPlot {
       modebar: { bgcolor: "rgba(0, 0, 0, 0)", color: color("gray-text-color"), activecolor: color("primary-color") },
       legend: { bgcolor: "rgba(0, 0, 0, 0)" },
       shapedefaults: { line: { color: text } },
+      updatemenudefaults: { bgcolor: paper, bordercolor: border, font: { color: text, size: 12 } },
       margin: { l: 56, r: 16, t: 32, b: 48 },
       xaxis: { ...axis, automargin: true },
       yaxis: { ...axis, automargin: true },

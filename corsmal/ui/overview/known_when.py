@@ -103,6 +103,7 @@ def _curves(opened: OpenedRecording, found: Estimate, known: Sequence[Moment]) -
         picture=_picture(opened),
         annotation=opened.recording.annotation,
         best=_best(opened, found),
+        preset=session.choice().estimate_preset,
     )
     linked_plot(
         figure,

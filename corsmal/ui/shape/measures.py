@@ -7,7 +7,7 @@ import streamlit as st
 
 from corsmal.dataset import Recording
 from corsmal.estimation import Estimate, Fit
-from corsmal.quantities import BY_NAME, DIMENSIONS, GEOMETRY
+from corsmal.quantities import BY_NAME, GEOMETRY
 from corsmal.shape import MESH_FORMATS, Agreement, export_mesh, profile_table
 from corsmal.ui.amounts import amount, measure, percent_error
 from corsmal.ui.download_buttons import download_buttons
@@ -22,13 +22,6 @@ def annotated(recording: Recording) -> dict[str, float]:
     """The annotated capacity (mL), widths and height (mm) of a recording, as far as they are known."""
     values = {name: getattr(recording.annotation, name, None) for name in GEOMETRY}
     return {name: value for name, value in values.items() if value is not None}
-
-
-def annotated_profile_mm(truth: Mapping[str, float]) -> tuple[float, float, float] | None:
-    """Annotated bottom width, top width and height, mm; None unless all are known."""
-    if not truth.keys() >= set(DIMENSIONS):
-        return None
-    return truth["width_bottom_mm"], truth["width_top_mm"], truth["height_mm"]
 
 
 def measures(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fit]], truth: Mapping[str, float]) -> None:

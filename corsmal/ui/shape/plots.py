@@ -11,7 +11,8 @@ from corsmal.figures.hull import Scope
 from corsmal.figures.report import Pin
 from corsmal.parameters import ShapeParameters
 from corsmal.selection import BestFrame
-from corsmal.shape import Agreement, Hull
+from corsmal.shape import Agreement, Hull, KnownProfile
+from corsmal.ui import session
 from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import guarded
 from corsmal.ui.one_of import one_of
@@ -19,41 +20,65 @@ from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.shape.parameters import live_sliders, own_values, parameters_note
 
 SCOPES: dict[Scope, str] = {"container": "container", "cameras": "cameras"}
+HEIGHT_PX, SLIDERS_PX = 420, 70
+"""Of the hull, and of what is below it: with the measures above they fit a screen."""
 
 
 def hull_plots(
-    opened: OpenedRecording,
-    fit: Fit,
-    *,
-    beside: tuple[str, Hull] | None,
-    estimated: ShapeParameters,
-    truth_mm: tuple[float, float, float] | None,
+    opened: OpenedRecording, fit: Fit, *, beside: tuple[str, Hull] | None, estimated: ShapeParameters
 ) -> None:
     """The hull in 3D with the sliders that refit it, and its profile."""
+    preset, known = session.choice().preset, None
+    with guarded():
+        known = opened.known_profile(fit.frame or 0)
     left, right = st.columns([3, 2])
     with left:
-        scopes, button = st.columns([2, 1])
-        with scopes:
-            scope = one_of("", SCOPES, key="scope")
-        with button:
-            own_values(estimated)
+        scope, shows_errors, has_axes = _hull_controls(known)
         linked_plot(
-            hull_figure.parts(fit.hull, fit.dimensions, cameras=opened.cameras, scope=scope, beside=beside),
+            hull_figure.parts(
+                fit.hull,
+                fit.dimensions,
+                cameras=opened.cameras,
+                preset=preset,
+                scope=scope,
+                beside=beside,
+                known=known if shows_errors else None,
+                has_axes=has_axes,
+            ),
             key="hull",
             label="Hull, circumferences and cameras in 3D",
             sliders=live_sliders(),
-            height_px=520,
+            height_px=HEIGHT_PX,
             revision=f"{opened.id} {scope}",
         )
         parameters_note()
     with right:
+        own_values(estimated)
         linked_plot(
-            profile_figure.parts(fit.hull, fit.dimensions, truth_mm=truth_mm, beside=beside),
+            profile_figure.parts(fit.hull, fit.dimensions, preset=preset, known=known, beside=beside),
             key="profile",
             label="Radius of the circumferences by height",
-            height_px=640,
+            height_px=HEIGHT_PX + SLIDERS_PX,
             revision=opened.id,
         )
+
+
+def _hull_controls(known: KnownProfile | None) -> tuple[Scope, bool, bool]:
+    """What is framed, whether errors are coloured, and whether there are axes."""
+    scopes, errors, axes = st.columns([5, 4, 3], vertical_alignment="center")
+    with scopes:
+        scope = one_of("", SCOPES, key="scope")
+    shows_errors = errors.toggle(
+        "Colour errors",
+        key="hull_errors",
+        persist_state="session",
+        disabled=known is None,
+        help="Each circumference's distance to the true profile of a synthetic container, or else to the annotated "
+        "widths and height, in mm: red outside, blue inside."
+        if known is not None
+        else "Neither a true profile nor annotated sizes are known for this recording.",
+    )
+    return scope, shows_errors, axes.toggle("Axes", key="hull_axes", persist_state="session")
 
 
 def reprojections(
@@ -95,4 +120,4 @@ def _explained(found: Agreement | None) -> str:
 def hull_pins(opened: OpenedRecording, fit: Fit) -> list[Pin]:
     """The hull, to be pinned for a report, in which it can be turned."""
     title = f"Hull of {opened.id}, {' + '.join(fit.pair)}, frame {fit.frame}"
-    return [Pin(title, hull_figure(fit.hull, fit.dimensions, cameras=opened.cameras))]
+    return [Pin(title, hull_figure(fit.hull, fit.dimensions, cameras=opened.cameras, preset=session.choice().preset))]
