@@ -3,39 +3,37 @@
 import streamlit as st
 
 from corsmal.dataset.audio import CHANNELS
+from corsmal.digests import digest
 from corsmal.ui import media, session, shared
 from corsmal.ui.detecting import watch_detection
 from corsmal.ui.filling import sound
 from corsmal.ui.messages import guarded
 from corsmal.ui.opened import OpenedRecording
-from corsmal.ui.recordings import COLUMNS, LACKS, filter_table, recordings_table
+from corsmal.ui.recordings import COLUMNS, all_recordings, filter_controls, listed, newly_clicked
 from corsmal.ui.routes import thumbnail_urls
 
 TITLES = {"view1": "left of the robot", "view3": "frontal", "view2": "right of the robot", "view4": "worn"}
 
 st.title("Recordings")
 dataset, recording = session.opened()
-shown = recordings_table(dataset.table)
-
-filters = {}
-*columns, last = st.columns(5)
-for column, name in zip(columns, ("container", "filling", "level", "scenario"), strict=True):
-    filters[name] = column.multiselect(name.capitalize(), sorted(shown[name].unique()), key=f"filter_{name}")
-lacks = last.selectbox("Recordings", list(LACKS), 1, format_func=LACKS.__getitem__, key="filter_lacks")
-rows = filter_table(shown, chosen=filters, lacks=lacks)
-st.caption(f"{len(rows)} of {len(shown)} recordings. Tick the box at the left of a row to open it.")
+shown = all_recordings(dataset)
+filter_controls(shown)
+rows = listed(dataset)
+st.caption(f"{len(rows)} of {len(shown)} recordings. Click a row to open it, step with `[` and `]`.")
 rows.insert(0, "picture", thumbnail_urls(dataset, list(rows.index)))
+key = f"recordings {digest('recordings', str(dataset.root), list(rows.index))}"
 event = st.dataframe(
     rows,
-    key=f"recordings {dataset.root} {filters} {lacks}",
+    key=key,
     on_select="rerun",
-    selection_mode="single-row",
+    selection_mode=["single-row", "single-cell"],
     row_height=56,
     height=min(340, 38 + 56 * max(1, len(rows))),
     column_config=COLUMNS,
 )
-if event.selection.rows and rows.index[event.selection.rows[0]] != recording.id:
-    session.choose(recording=rows.index[event.selection.rows[0]], frame=None, pair=None, crop_s=None)
+clicked = newly_clicked(event.selection, key=key)
+if clicked is not None and rows.index[clicked] != recording.id:
+    session.choose(recording=rows.index[clicked], frame=None, pair=None, crop_s=None)
     st.rerun()
 
 st.subheader(f"Recording {recording.id}")

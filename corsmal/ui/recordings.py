@@ -1,9 +1,12 @@
-"""The table of a dataset's recordings."""
+"""The table of a dataset's recordings, and its filters, which the recording picker follows."""
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import pandas as pd
 import streamlit as st
+
+from corsmal.dataset import Dataset
 
 UNKNOWN = "unknown"
 LACKS = {None: "all", "video": "with a video", "complete": "with nothing missing"}
@@ -17,6 +20,9 @@ COLUMNS = {
     "container_mass_g": st.column_config.NumberColumn("mass (g)", format="%.0f"),
     "missing": st.column_config.TextColumn("missing", width="medium"),
 }
+FILTERS = ("container", "filling", "level", "scenario")
+LACKS_FILTER, TABLE, SELECTED = "lacks", "recordings_table", "recordings_selected"
+NO_VIDEO = "view1 video, view2 video, view3 video"
 SCENARIOS = {0: "on the table", 1: "held", 2: "brought in"}
 
 
@@ -67,5 +73,69 @@ def filter_table(shown: pd.DataFrame, *, chosen: Mapping[str, Iterable[str]], la
     if lacks == "complete":
         keep &= missing == ""
     elif lacks is not None:
-        keep &= ~missing.str.contains("view1 video, view2 video, view3 video", regex=False)
+        keep &= missing.map(has_video)
     return shown[keep]
+
+
+def has_video(missing: str) -> bool:
+    """Whether a recording that lacks so much, a value of the column ``missing``, has any video of the fixed views."""
+    return NO_VIDEO not in missing
+
+
+def all_recordings(dataset: Dataset) -> pd.DataFrame:
+    """``recordings_table`` of a dataset, made once per session."""
+    of, shown = st.session_state.get(TABLE, (None, pd.DataFrame()))
+    if of is not dataset:
+        shown = recordings_table(dataset.table)
+        st.session_state[TABLE] = dataset, shown
+    return shown
+
+
+def filter_controls(shown: pd.DataFrame) -> None:
+    """The filters, which last as long as the session looks at one dataset."""
+    *columns, last = st.columns(len(FILTERS) + 1)
+    for column, name in zip(columns, FILTERS, strict=True):
+        column.multiselect(
+            name.capitalize(), sorted(shown[name].unique()), key=_filter_key(name), persist_state="session"
+        )
+    last.selectbox(
+        "Recordings",
+        list(LACKS),
+        1,
+        format_func=LACKS.__getitem__,
+        key=_filter_key(LACKS_FILTER),
+        persist_state="session",
+    )
+
+
+def listed(dataset: Dataset) -> pd.DataFrame:
+    """The rows of ``all_recordings`` that pass the session's filters."""
+    state = st.session_state
+    chosen = {name: state.get(_filter_key(name), ()) for name in FILTERS}
+    return filter_table(all_recordings(dataset), chosen=chosen, lacks=state.get(_filter_key(LACKS_FILTER), "video"))
+
+
+def newly_clicked(selection: Any, *, key: str) -> int | None:
+    """The row of a table that was clicked or ticked since the last run, which a later choice elsewhere outdates.
+
+    Args:
+        selection: what ``st.dataframe`` returns as such.
+        key: of the table.
+    """
+    rows, cells = list(selection.rows), [row for row, _ in selection.cells]
+    before = st.session_state.get(SELECTED)
+    rows_before, cells_before = before[1:] if before is not None and before[0] == key else ([], [])
+    st.session_state[SELECTED] = key, rows, cells
+    if cells and cells != cells_before:
+        return cells[0]
+    return rows[0] if rows and rows != rows_before else None
+
+
+def forget_filters() -> None:
+    """Filter nothing but recordings without a video: of another dataset."""
+    for name in (*FILTERS, LACKS_FILTER):
+        st.session_state.pop(_filter_key(name), None)
+
+
+def _filter_key(name: str) -> str:
+    return f"filter_{name}"

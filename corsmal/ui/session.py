@@ -9,18 +9,19 @@ from streamlit.runtime.scriptrunner import get_script_run_ctx
 from corsmal.dataset import Dataset, Recording
 from corsmal.demo.opening import open_demo
 from corsmal.errors import CorsmalError
-from corsmal.ui import demo, shared
+from corsmal.ui import demo, look, shared
 from corsmal.ui.folders import default_folder, demo_folder, is_demo
 from corsmal.ui.messages import plain
-from corsmal.ui.recordings import most_complete, recording_labels
+from corsmal.ui.recordings import forget_filters, has_video, listed, most_complete, recording_labels
 from corsmal.ui.url import Choice, from_params, to_params
 
 CHOICE, WRITTEN, PROBLEMS, PICKER = "choice", "url_written", "url_problems", "picker"
-FOLDER, FOLDER_PROBLEM, DATASET = "data_folder", "folder_problem", "dataset"
+FOLDER, FOLDER_PROBLEM, DATASET, SHOWN_ROOT = "data_folder", "folder_problem", "dataset", "shown_root"
 
 
 def begin() -> None:
     """Read the address, show the sidebar's pickers and write the address: first thing on every page."""
+    look.apply()
     _read_address()
     with st.sidebar:
         _folder_input()
@@ -152,22 +153,56 @@ def _open_dataset() -> Dataset | None:
 
 
 def _recording_picker(found: Dataset) -> None:
-    ids = list(found.table.index)
+    _choose_one_of(found)
     current = choice().recording
-    if current is None:
-        choose(settled=False, recording=most_complete(found.table))
-    elif current not in ids:
-        _add_problem(f"Recording {current[:40]!r} is not in {found.root}; another one is shown instead.")
-        choose(settled=False, recording=most_complete(found.table), frame=None, pair=None, crop_s=None)
-    st.session_state[PICKER] = choice().recording
-    labels = recording_labels(found.table)
-    st.selectbox("Recording", ids, key=PICKER, format_func=labels.__getitem__, on_change=_picked)
+    passing = set(listed(found).index)
+    ids = [name for name in found.table.index if name in passing or name == current]
+    place = ids.index(str(current))
+    st.session_state[PICKER] = current
+    labels = recording_labels(found.table.loc[ids])
+    st.selectbox(
+        "Recording",
+        ids,
+        key=PICKER,
+        format_func=labels.__getitem__,
+        on_change=lambda: _open(st.session_state[PICKER]),
+        help="Those that the filters of the *Recordings* page leave; at first those with a video.",
+    )
+    left, right = st.columns(2)
+    for column, label, key, step in ((left, "Previous", "[", -1), (right, "Next", "]", 1)):
+        other = ids[place + step] if 0 <= place + step < len(ids) else None
+        column.button(
+            label,
+            key=f"picker_{label}",
+            help=f"Key `{key}`",
+            disabled=other is None,
+            on_click=_open,
+            args=(other,),
+            width="stretch",
+        )
+    look.picker_keys()
     for problem in found.problems:
         st.caption(f":material/info: {plain(problem)}")
 
 
-def _picked() -> None:
-    choose(recording=st.session_state[PICKER], frame=None, pair=None, crop_s=None)
+def _choose_one_of(found: Dataset) -> None:
+    """Have a recording of the dataset chosen: of another dataset than before, one with files."""
+    current, is_other = choice().recording, st.session_state.get(SHOWN_ROOT) not in (None, found.root)
+    st.session_state[SHOWN_ROOT] = found.root
+    if is_other:
+        forget_filters()
+    if current is None:
+        choose(settled=False, recording=most_complete(found.table))
+    elif current not in found.table.index or (is_other and not has_video(str(found.table.loc[current, "missing"]))):
+        if not is_other:
+            _add_problem(f"Recording {current[:40]!r} is not in {found.root}; another one is shown instead.")
+        choose(settled=False, recording=most_complete(found.table), frame=None, pair=None, crop_s=None)
+    elif is_other:
+        choose(settled=False, frame=None, pair=None, crop_s=None)
+
+
+def _open(recording: str) -> None:
+    choose(recording=recording, frame=None, pair=None, crop_s=None)
 
 
 def _nothing_to_show() -> None:

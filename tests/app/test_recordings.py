@@ -73,3 +73,59 @@ def test_recording_without_files_is_said_to_have_none(real_root: Path, page: str
     assert visitor.crashes == []
     assert "view3" in visitor.sentences
     assert "video" in visitor.sentences
+
+
+def picker(visitor: Visitor) -> list[str]:
+    """The ids that the recording picker offers."""
+    return [option.split(" · ")[0] for option in visitor.test.selectbox(key="picker").options]
+
+
+def test_picker_follows_the_tables_filters_and_keeps_them_on_other_pages(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root)
+    assert picker(visitor) == ["000000", "000001", "000002"]
+    visitor.test.multiselect(key="filter_container").set_value(["small white cup"]).run()
+    assert picker(visitor) == ["000000", "000002"]  # the chosen one stays
+    visitor.press("Next")
+    assert visitor.address == {"recording": "000002"}
+    assert picker(visitor) == ["000002"]
+    visitor.open("filling").open("recordings")
+    assert list(visitor.test.dataframe[0].value.index) == ["000002"]
+
+
+def test_picker_offers_what_has_files_and_steps_through_it(real_root: Path) -> None:
+    assert picker(Visitor(real_root)) == ["000618"]
+    visitor = Visitor(real_root, recording="000002")
+    assert picker(visitor) == ["000002", "000618"]
+    visitor.press("Next")
+    assert visitor.address == {"recording": "000618"}
+
+
+def test_steps_end_at_the_first_and_the_last_recording(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root, recording="000000", frame="4")
+    assert visitor.test.button(key="picker_Previous").disabled
+    visitor.press("Next")
+    visitor.press("Next")
+    assert visitor.address == {"recording": "000002"}
+    assert visitor.test.button(key="picker_Next").disabled
+
+
+def test_a_clicked_cell_opens_its_recording_until_another_is_chosen(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root)
+    key = visitor.test.dataframe[0].proto.id.split("-", 2)[2]
+    visitor.test.session_state[key] = {"selection": {"rows": [], "columns": [], "cells": [(1, "kind")]}}
+    visitor.test.run()
+    assert visitor.address == {"recording": "000001"}
+    visitor.test.session_state[key] = {"selection": {"rows": [], "columns": [], "cells": [(1, "kind")]}}
+    visitor.press("Next")
+    assert visitor.address == {"recording": "000002"}
+
+
+def test_another_dataset_opens_with_a_recording_that_has_files(tiny_dataset_root: Path, real_root: Path) -> None:
+    visitor = Visitor(real_root, recording="000002")
+    visitor.test.multiselect(key="filter_filling").set_value(["rice"]).run()
+    visitor.test.text_input(key="data_folder").set_value(str(tiny_dataset_root)).run()
+    assert visitor.address == {"recording": "000002"}  # it has files here, although not there
+    assert picker(visitor) == ["000000", "000001", "000002"]
+    visitor.test.text_input(key="data_folder").set_value(str(real_root)).run()
+    assert visitor.address == {"recording": "000618"}
+    assert visitor.crashes == visitor.warnings == []
