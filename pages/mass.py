@@ -34,7 +34,7 @@ def mass_panel(opened: OpenedRecording) -> None:
     numbers = mass.chosen_numbers(opened, fit, fitted)
     prediction, curves_g = mass.predict(mask, numbers, network=network, axis=axis, padding_px=padding_px)
     mass.object_mass(opened, prediction.mass_g, capacity_ml=numbers["capacity_ml"])
-    mass.problems(fit, prediction, has_network=network is not None)
+    mass.problems(fit, prediction, numbers, fitted, network=network)
     if network is not None:
         mass_network.trained_otherwise(network, axis=axis, padding_px=padding_px)
     resize = "stretch" if network is None else network.config.resize

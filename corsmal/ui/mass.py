@@ -36,7 +36,7 @@ Numbers = dict[str, float | None]
 CHANGES = np.linspace(-0.3, 0.3, 25)
 """Relative changes of the numbers whose effect is drawn; the one in the middle is none."""
 
-TYPED = "mass_numbers"
+TYPED, REFUSED = "mass_numbers", "mass_refused"
 LOW, HIGH = 0.01, 20_000.0
 INPUTS = {
     "width_top_mm": ("w_t", "top width (mm)"),
@@ -128,15 +128,33 @@ def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_
     st.caption(f":material/water_full: Filling: {text}. Object = container + filling.")
 
 
-def problems(fit: Fit, prediction: MassPrediction, *, has_network: bool) -> None:
-    """Why a mass is missing, and what can be done about it."""
+def problems(
+    fit: Fit, prediction: MassPrediction, numbers: Numbers, fitted: Numbers, *, network: "MassPredictor | None"
+) -> None:
+    """Why a mass is missing, what can be done about it, and which numbers are not the fit's."""
+    if refused := st.session_state.pop(REFUSED, None):
+        st.warning(plain(refused), icon=":material/edit_off:")
+    needed = [name for name in INPUTS if name != "mm_per_px" or (network is not None and network.config.with_scale)]
+    emptied = [_words(name) for name in needed if numbers[name] is None and fitted[name] is not None]
+    if emptied:
+        st.info(
+            f"Empty: {', '.join(emptied)}. What depends on it is unknown: type a number, or go *Back to the fit*.",
+            icon=":material/edit:",
+        )
+    typed = [
+        f"{_words(name)} {numbers[name]:g} (fit {'unknown' if fitted[name] is None else f'{fitted[name]:.4g}'})"
+        for name in needed
+        if numbers[name] is not None and numbers[name] != fitted[name]
+    ]
+    if typed:
+        st.caption(f":material/edit: Typed instead of the fit's: {plain(', '.join(typed))}.")
     if not fit.ok:
         st.warning(
             plain(f"The fit of {' + '.join(fit.pair)} in frame {fit.frame} failed: {fit.dimensions.reason}.")
             + " Type the dimensions below, try another frame or the other pair.",
             icon=":material/straighten:",
         )
-    elif prediction.reason and has_network:
+    elif prediction.reason and network is not None and not emptied:
         st.warning(plain(f"No container mass: {prediction.reason}."), icon=":material/warning:")
     if not prediction.restored.ok:
         st.warning(plain(f"Nothing was restored: {prediction.restored.reason}."), icon=":material/warning:")
@@ -184,14 +202,12 @@ def number_inputs(numbers: Numbers, fitted: Numbers, *, with_scale: bool) -> Non
         state[key] = None if value is None else min(max(float(value), LOW), HIGH)
         st.number_input(
             f"{symbol}, {label}",
-            LOW,
-            HIGH,
             value=None,
             step=0.01 if name == "mm_per_px" else 1.0,
             format="%.2f" if name == "mm_per_px" else "%.1f",
             key=key,
             placeholder="missing: the fit failed",
-            on_change=lambda name, key: state.update({TYPED: (state[TYPED][0], state[TYPED][1] | {name: state[key]})}),
+            on_change=_take_over,
             args=(name, key),
         )
     st.button(
@@ -201,6 +217,21 @@ def number_inputs(numbers: Numbers, fitted: Numbers, *, with_scale: bool) -> Non
         on_click=lambda: state.pop(TYPED, None),
         width="stretch",
     )
+
+
+def _take_over(name: str, key: str) -> None:
+    """Take over a number that was typed, or say why not."""
+    state = st.session_state
+    value = state[key]
+    if value is not None and not LOW <= value <= HIGH:
+        state[REFUSED] = f"{value:g} is not used for the {_words(name)}: it must lie between {LOW:g} and {HIGH:,.0f}."
+        return
+    state[TYPED] = state[TYPED][0], state[TYPED][1] | {name: value}
+
+
+def _words(name: str) -> str:
+    """A number of ``INPUTS`` in words."""
+    return INPUTS[name][1].partition(" (")[0]
 
 
 def sensitivity(opened: OpenedRecording, numbers: Numbers, curves_g: dict[str, NDArray[np.float64]]) -> None:

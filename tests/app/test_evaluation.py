@@ -376,6 +376,10 @@ def test_a_taken_name_is_said(dataset: Dataset) -> None:
 @pytest.mark.usefixtures("run")
 def test_a_deleted_run_leaves_the_page_as_it_began(dataset: Dataset) -> None:
     visitor = opened(dataset.root)
+    visitor.press("Delete …")
+    visitor.press("Keep")
+    assert visitor.test.selectbox(key="run_picker").value is not None
+    visitor.press("Delete …")
     visitor.press("Delete")
     assert "There is no run on this dataset yet" in visitor.sentences
     assert list_runs(store=shared.store()) == []

@@ -166,8 +166,28 @@ def test_emptied_number_leaves_no_mass(visitor: Visitor) -> None:
     visitor.choose("mass_width_top_mm", None)
     assert visitor.crashes == []
     assert visitor.metrics == {"Container mass": "unknown", "Filling mass": "0 g", "Object mass": "unknown"}
-    assert visitor.warnings == ["No container mass: width_top_mm is missing."]
+    assert visitor.errors == visitor.warnings == []
+    assert "Empty: top width. What depends on it is unknown: type a number" in visitor.sentences
+    assert "width_top_mm" not in visitor.sentences
     assert "mass_sensitivity" not in visitor.plots
+
+
+@pytest.mark.parametrize("value", [-5.0, 0.0, 1e6])
+def test_number_that_cannot_be_is_refused_in_words(visitor: Visitor, value: float) -> None:
+    before = visitor.metrics
+    visitor.choose("mass_height_mm", value)
+    assert visitor.metrics == before
+    assert visitor.errors == []
+    assert visitor.warnings == [f"{value:g} is not used for the height: it must lie between 0.01 and 20,000."]
+    assert visitor.test.number_input(key="mass_height_mm").value > 0
+    visitor.test.run()
+    assert visitor.warnings == []
+
+
+def test_typed_number_is_said_to_be_no_longer_the_fits(visitor: Visitor, fitted: dict[str, Any]) -> None:
+    assert "Typed instead" not in visitor.sentences
+    visitor.choose("mass_height_mm", 300.0)
+    assert f"Typed instead of the fit's: height 300 (fit {fitted['height_mm']:.4g})." in visitor.sentences
 
 
 def test_sensitivity_goes_through_the_mass(visitor: Visitor, weights: Path, fitted: dict[str, Any]) -> None:

@@ -86,7 +86,7 @@ def _picker(dataset: Dataset, found: list[Run]) -> Run:
             width="stretch",
             help="Detects and estimates again where files or detections are new; the rest is read from the store.",
         )
-        st.button("Delete", icon=":material/delete:", on_click=_delete, args=(run,), width="stretch", key="delete_run")
+        _delete_control(run)
     return run
 
 
@@ -182,6 +182,30 @@ def _resumed(dataset: Dataset, run: Run) -> tuple[Dataset, str, Sequence[str], E
     return dataset, run.name, run.recordings, run.settings
 
 
-def _delete(run: Run) -> None:
+def _delete_control(run: Run) -> None:
+    """Delete the run, after a second press."""
+    asked = f"delete {run.name}"
+    if not st.session_state.get(asked):
+        ask = {asked: True}
+        st.button(
+            "Delete …",
+            icon=":material/delete:",
+            on_click=lambda: st.session_state.update(ask),
+            width="stretch",
+            key="delete_run",
+        )
+        return
+    st.markdown(
+        f"Delete the run **{plain(run.name)}**? Its table of {len(run.rows)} recordings is removed. What was estimated "
+        "stays in the store, so that the same run can be made again in little time."
+    )
+    left, right = st.columns(2)
+    keep = {asked: False}
+    left.button("Keep", on_click=lambda: st.session_state.update(keep), width="stretch")
+    right.button("Delete", icon=":material/delete:", on_click=_delete, args=(run, asked), width="stretch")
+
+
+def _delete(run: Run, asked: str) -> None:
+    st.session_state.pop(asked, None)
     with guarded():
         delete_run(run.name, dataset=run.dataset, store=shared.store())
