@@ -24,10 +24,11 @@ def browse(opened: OpenedRecording) -> None:
     session.choose(settled=event.settled, **({"frame": frame} if moved else {}))
     if best.scores:
         score_line(best, frame, frames=opened.frames)
-        score_plot(opened, best, frame)
     else:
         frame = frame_control(best, frames=opened.frames)
     view_pictures(opened, best, frame)
+    if best.scores:
+        score_plot(opened, best, frame)
     pin_button("the pictures", lambda: picture_pins(opened, best, frame), key="frames")
 
 

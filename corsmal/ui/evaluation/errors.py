@@ -9,7 +9,7 @@ from corsmal.figures.evaluation import spread_figure
 from corsmal.figures.heatmaps import confusion_figure
 from corsmal.quantities import BY_NAME
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
-from corsmal.ui.evaluation.links import FOCUS, Focus, focus_container, open_recording, recordings_list
+from corsmal.ui.evaluation.links import FOCUS, Focus, beside_list, focus_container, open_recording
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.one_of import one_of
 
@@ -34,18 +34,18 @@ def spread_section(judged: Judged) -> None:
         focus_container(errors, section=SPREAD, metric=metric, container=click.customdata)
     bars = _bars(container_table(errors), metric)
     points = None if is_class else errors[["container", "failed"]].assign(error=errors[METRICS[metric]])
-    linked_plot(
-        spread_figure(bars, points, metric=f"{METRIC_NAMES[metric]}, {'MPF1' if is_class else 'MAPE'}", unit="%"),
-        key="spread",
-        label=f"{METRIC_NAMES[metric]} by container",
-        height_px=110 + 34 * len(bars),
-        revision=f"{run.name} {metric}",
-    )
+    with beside_list(judged, section=SPREAD):
+        linked_plot(
+            spread_figure(bars, points, metric=f"{METRIC_NAMES[metric]}, {'MPF1' if is_class else 'MAPE'}", unit="%"),
+            key="spread",
+            label=f"{METRIC_NAMES[metric]} by container",
+            height_px=110 + 34 * len(bars),
+            revision=f"{run.name} {metric}",
+        )
     st.caption(
         "The worst container first. Click a bar to list its recordings"
         + ("." if is_class else ", a point to open that recording on the page of its stage. Right of zero: too large.")
     )
-    recordings_list(judged, section=SPREAD)
 
 
 def confusion_section(judged: Judged) -> None:
@@ -70,15 +70,15 @@ def confusion_section(judged: Judged) -> None:
             )
             title = f"{kind}, {click.y} taken for {click.x}"
             st.session_state[FOCUS] = Focus(CONFUSION, title, BY_NAME[quantity].metric, tuple(behind.index))
-    linked_plot(
-        confusion_figure(tables),
-        key="confusion",
-        label=f"Confusion of {quantity.replace('_', ' ')} by kind of container",
-        height_px=400,
-        revision=f"{run.name} {quantity}",
-    )
+    with beside_list(judged, section=CONFUSION):
+        linked_plot(
+            confusion_figure(tables),
+            key="confusion",
+            label=f"Confusion of {quantity.replace('_', ' ')} by kind of container",
+            height_px=400,
+            revision=f"{run.name} {quantity}",
+        )
     st.caption("Counts of recordings; colours are shares of the true class. Click a cell to list its recordings.")
-    recordings_list(judged, section=CONFUSION)
 
 
 def _bars(table: pd.DataFrame, metric: str) -> pd.DataFrame:

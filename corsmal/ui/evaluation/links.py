@@ -1,5 +1,7 @@
 """From a number to the recordings behind it, and from a recording to the page of the stage that it came from."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,11 +56,29 @@ def focus_container(errors: pd.DataFrame, *, section: str, metric: str, containe
     st.session_state[FOCUS] = Focus(section, title, metric, tuple(behind.index))
 
 
-def recordings_list(judged: Judged, *, section: str) -> None:
-    """The recordings behind the number that was clicked in a section; a click on one opens it."""
+@contextmanager
+def beside_list(judged: Judged, *, section: str) -> Iterator[None]:
+    """Draw what is clicked on, and beside it, on a narrow page below it, the recordings behind the number clicked.
+
+    Args:
+        judged: whose numbers they are.
+        section: in which the click is.
+    """
+    place = st.container(key=f"beside_{section}")
     found: Focus | None = st.session_state.get(FOCUS)
     if found is None or found.section != section:
+        with place:
+            yield
         return
+    left, right = place.columns([11, 9], gap="medium")
+    with left:
+        yield
+    with right:
+        _recordings_list(judged, found)
+
+
+def _recordings_list(judged: Judged, found: Focus) -> None:
+    """The recordings behind the number that was clicked; a click on one opens it."""
     errors = judged.errors()
     ids = [name for name in found.recordings if name in errors.index]
     page = STAGE_PAGES[found.metric]
@@ -69,7 +89,7 @@ def recordings_list(judged: Judged, *, section: str) -> None:
     where = "the page where it failed" if found.metric == "failures" else f"the *{page.capitalize()}* page"
     st.caption(f"The worst first. Click a row to open the recording on {where}, with this run's parameters.")
     shown = behind_table(judged, errors.loc[ids], metric=found.metric)
-    clicked_row(shown, run=judged.run, metric=found.metric, key=f"behind {section} {found.title}")
+    clicked_row(shown, run=judged.run, metric=found.metric, key=f"behind {found.section} {found.title}")
 
 
 def clicked_row(table: pd.DataFrame, *, run: Run, metric: str | list[str], key: str, height: int | None = None) -> None:
@@ -114,8 +134,8 @@ def behind_table(judged: Judged, errors: pd.DataFrame, *, metric: str) -> pd.Dat
         columns["truth"] = truth[name].map(names)
         columns["right"] = errors[f"{name}_correct"]
     elif quantity is not None:
-        columns |= {"estimated": estimates[name], "annotated": truth[name], "unit": quantity.unit}
         columns["error"] = errors[METRICS[metric]]
+        columns |= {"estimated": estimates[name], "annotated": truth[name], "unit": quantity.unit}
     else:
         columns["status"] = errors["status"]
     columns["filling"] = truth["level"].fillna("") + " " + truth["filling"].fillna("")

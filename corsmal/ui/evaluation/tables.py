@@ -16,7 +16,7 @@ from corsmal.evaluation.tables import AVERAGE
 from corsmal.evaluation.typesetting import TITLES, UNLIKE
 from corsmal.ui.evaluation.downloads import downloads, submission
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
-from corsmal.ui.evaluation.links import clicked_row, focus_container, recordings_list
+from corsmal.ui.evaluation.links import beside_list, clicked_row, focus_container
 from corsmal.ui.one_of import one_of
 
 SECTION = "table"
@@ -47,16 +47,19 @@ def container_section(judged: Judged) -> None:
     )
     cells = pd.concat([replace(judged, protocol=name).cells() for name in (protocol, *more)], ignore_index=True)
     shown, styled = table_2(container_table(errors), cells, side=side)
-    event = st.dataframe(
-        styled,
-        key=f"table_2 {run.name} {side} {protocol} {more}",
-        on_select="rerun",
-        selection_mode="single-cell",
-        hide_index=True,
-        height=38 + 35 * len(shown),
-        column_config=_columns(shown),
-        placeholder="–",
-    )
+    key = f"table_2 {run.name} {side} {protocol} {more}"
+    _focus_clicked(errors, shown, key=key)
+    with beside_list(judged, section=SECTION):
+        st.dataframe(
+            styled,
+            key=key,
+            on_select="rerun",
+            selection_mode="single-cell",
+            hide_index=True,
+            height=38 + 35 * len(shown),
+            column_config=_columns(shown),
+            placeholder="–",
+        )
     is_like_with_like = judged.split.split == "train"
     st.caption(
         "Level and type: MPF1 in %, the higher the better; the others: MAPE in %, the lower the better. The more "
@@ -67,12 +70,16 @@ def container_section(judged: Judged) -> None:
             st.caption(sentence)
     export = partial(typeset_table_2, notes=errors.attrs["notes"], is_like_with_like=is_like_with_like)
     downloads(cells, name=f"{run.name}_table2", export=export)
-    if event.selection.cells:
-        row, column = event.selection.cells[0]
+
+
+def _focus_clicked(errors: pd.DataFrame, shown: pd.DataFrame, *, key: str) -> None:
+    """Look at the recordings behind the number of the table that is selected in the browser."""
+    cells = (st.session_state.get(key) or {}).get("selection", {}).get("cells", ())
+    if cells and cells[0][0] < len(shown):
+        row, column = cells[0]
         container = str(shown["container"].iloc[row])
         one = None if container == AVERAGE else container
         focus_container(errors, section=SECTION, metric=_metric_of(column), container=one)
-    recordings_list(judged, section=SECTION)
 
 
 def table_2(table: pd.DataFrame, cells: pd.DataFrame, *, side: str) -> tuple[pd.DataFrame, Styler]:
