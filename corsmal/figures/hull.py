@@ -12,7 +12,7 @@ from corsmal.figures.style import BEST, DROPPED, ERROR_COLOURS, PRESET_COLOURS, 
 from corsmal.geometry import Camera, Floats
 from corsmal.shape import Dimensions, Hull, KnownProfile, circumference_points, hull_mesh
 
-SIDES = 48
+SIDES = 36
 WIRES = 12
 """Circumferences that are drawn of a hull beside the fitted one."""
 ERROR_STEP_MM = 5.0
@@ -67,10 +67,14 @@ def hull_figure(
 
 
 def _surroundings(hull: Hull, cameras: Mapping[str, Camera], scope: Scope) -> Surroundings:
-    rings = circumference_points(hull, points=SIDES)[hull.converged].reshape(-1, 3) * 1000
-    if scope == "container" and hull.centroid_m is not None and len(rings):
-        return Surroundings.of_container(rings, hull.centroid_m[:2] * 1000)
-    return Surroundings.of_cameras(cameras, rings)
+    heights_mm, radii_mm = hull.heights_mm[hull.converged], hull.radii_mm[hull.converged]
+    if hull.centroid_m is None or not len(heights_mm):
+        return Surroundings.of_cameras(cameras, np.empty((0, 3)))
+    axis_mm, ends_mm = hull.centroid_m[:2] * 1000, (float(heights_mm[0]), float(heights_mm[-1]))
+    if scope == "cameras":
+        return Surroundings.of_cameras(cameras, np.array([[*axis_mm, height_mm] for height_mm in ends_mm]))
+    reach_mm = float(np.hypot(radii_mm.max(), (hull.depth_mm or 0.0) / 2))
+    return Surroundings.of_container(axis_mm, ends_mm, reach_mm)
 
 
 def _view_buttons(placed: Mapping[str, Part]) -> Part:

@@ -45,15 +45,15 @@ class Surroundings:
     unit: float
 
     @classmethod
-    def of_container(cls, points_mm: Floats, axis_mm: Floats) -> "Surroundings":
+    def of_container(cls, axis_mm: Floats, ends_mm: tuple[float, float], reach: float) -> "Surroundings":
         """A little more than a container.
 
         Args:
-            points_mm: (n, 3) its surface.
             axis_mm: (2,) where its axis stands.
+            ends_mm: heights of its lower and its upper end.
+            reach: largest distance of its wall from the axis, mm.
         """
-        reach = float(np.hypot(*(points_mm[:, :2] - axis_mm).T).max())
-        bottom, top = float(points_mm[:, 2].min()), float(points_mm[:, 2].max())
+        bottom, top = ends_mm
         sides = reach + MARGIN_MM
         floor = min(bottom - MARGIN_MM / 2, -1.0) if bottom <= TABLE_NEAR_MM else bottom - MARGIN_MM / 2
         return cls(
