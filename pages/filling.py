@@ -24,7 +24,7 @@ def listen(opened: OpenedRecording) -> None:
     picture = sound.picture(opened, session.choice().channel)
     crop_s = timeline.followed_crop(event, picture)
     cursor = timeline.followed_frame(event, clock)
-    left, right = st.columns([2, 5], gap="medium")
+    left, right = st.columns([3, 7], gap="medium")
     with left:
         prediction = predicted(opened, crop_s)
         if prediction is not None:

@@ -2,7 +2,7 @@
 
 import streamlit as st
 
-from corsmal.ui import mass, mass_network, session
+from corsmal.ui import mass, mass_network, mass_numbers, session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
@@ -13,15 +13,15 @@ st.title("Mass")
 opened = open_detected()
 network = mass_network.open_network(opened.recording)
 found, shape = shape_estimate(opened), session.choice().estimated_shape
-whole, left, middle, right = st.columns([3, 4, 4, 3])
-with whole:
-    estimate_control()
-with left:
-    best = pair_control(opened, found, shape)
-with middle:
-    frame = frame_control(best, frames=opened.frames)
-with right:
-    axis = mass_network.axis_control(network)
+with st.container(horizontal=True, vertical_alignment="bottom"):
+    with st.container(width="content"):
+        estimate_control()
+    with st.container(width="content"):
+        best = pair_control(opened, found, shape)
+    with st.container(width=270):
+        frame = frame_control(best, frames=opened.frames)
+    with st.container(width="content"):
+        axis = mass_network.axis_control(network)
 
 
 def mass_panel(opened: OpenedRecording) -> None:
@@ -31,10 +31,11 @@ def mass_panel(opened: OpenedRecording) -> None:
     if inputs is None:
         return
     mask, fitted = inputs
-    numbers = mass.chosen_numbers(opened, fit, fitted)
+    numbers = mass_numbers.chosen_numbers(opened, fit, fitted)
     prediction, curves_g = mass.predict(mask, numbers, network=network, axis=axis, padding_px=padding_px)
     mass.object_mass(opened, prediction.mass_g, capacity_ml=numbers["capacity_ml"])
-    mass.problems(fit, prediction, numbers, fitted, network=network)
+    is_complete = mass_numbers.number_notes(numbers, fitted, network=network)
+    mass.problems(fit, prediction, is_asked=is_complete and network is not None)
     if network is not None:
         mass_network.trained_otherwise(network, axis=axis, padding_px=padding_px)
     resize = "stretch" if network is None else network.config.resize
@@ -42,7 +43,7 @@ def mass_panel(opened: OpenedRecording) -> None:
     left, right = st.columns([2, 3])
     with left:
         with_scale = network is not None and network.config.with_scale
-        mass.number_inputs(numbers, fitted, with_scale=with_scale)
+        mass_numbers.number_inputs(numbers, fitted, with_scale=with_scale)
     with right:
         mass.sensitivity(opened, numbers, curves_g)
     mass.downloads(opened, prediction, frame=frame)

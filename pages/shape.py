@@ -27,17 +27,17 @@ found, estimated, estimate_name = (
     session.choice().estimated_shape,
     session.choice().estimate_name,
 )
-whole, second, third, middle, right = st.columns([3, 3, 2, 4, 4])
-with whole:
-    estimate_control()
-with second:
-    preset_control()
-with third:
-    compared = compared_preset()
-with middle:
-    best = pair_control(opened, found, estimated)
-with right:
-    frame = frame_control(best, frames=opened.frames)
+with st.container(horizontal=True, vertical_alignment="bottom"):
+    with st.container(width="content"):
+        estimate_control()
+    with st.container(width="content"):
+        preset_control()
+    with st.container(width=130):
+        compared = compared_preset()
+    with st.container(width="content"):
+        best = pair_control(opened, found, estimated)
+    with st.container(width=270):
+        frame = frame_control(best, frames=opened.frames)
 
 
 def fit_panel(opened: OpenedRecording) -> None:

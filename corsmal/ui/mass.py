@@ -23,6 +23,7 @@ from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.filling import sound
 from corsmal.ui.linked_plot import Slider, linked_plot
 from corsmal.ui.mass_network import PADDING, PADDING_MAX_PX
+from corsmal.ui.mass_numbers import INPUTS, Numbers
 from corsmal.ui.messages import guarded, plain
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.pins import pin_button
@@ -31,20 +32,9 @@ if TYPE_CHECKING:
     from corsmal.mass import MassPredictor
 
 Mask = NDArray[np.bool_]
-Numbers = dict[str, float | None]
 
 CHANGES = np.linspace(-0.3, 0.3, 25)
 """Relative changes of the numbers whose effect is drawn; the one in the middle is none."""
-
-TYPED, REFUSED = "mass_numbers", "mass_refused"
-LOW, HIGH = 0.01, 20_000.0
-INPUTS = {
-    "width_top_mm": ("w_t", "top width (mm)"),
-    "width_bottom_mm": ("w_b", "bottom width (mm)"),
-    "height_mm": ("h", "height (mm)"),
-    "mm_per_px": ("s", "scale (mm per pixel)"),
-    "capacity_ml": ("C", "capacity (mL), for the filling"),
-}
 
 
 def estimate_in_frame(
@@ -81,14 +71,6 @@ def network_inputs(opened: OpenedRecording, found: Estimate) -> tuple[Mask, Numb
         )
         return None
     return inputs.pop("mask"), inputs | {"capacity_ml": found.capacity_ml}
-
-
-def chosen_numbers(opened: OpenedRecording, fit: Fit, fitted: Numbers) -> Numbers:
-    """The numbers as the user typed them over the fit's; those of another fit are forgotten."""
-    identity = (opened.id, fit.pair, fit.frame, tuple(fitted.values()))
-    if st.session_state.get(TYPED, (None,))[0] != identity:
-        st.session_state[TYPED] = identity, fitted
-    return dict(st.session_state[TYPED][1])
 
 
 def predict(
@@ -128,33 +110,15 @@ def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_
     st.caption(f":material/water_full: Filling: {text}. Object = container + filling.")
 
 
-def problems(
-    fit: Fit, prediction: MassPrediction, numbers: Numbers, fitted: Numbers, *, network: "MassPredictor | None"
-) -> None:
-    """Why a mass is missing, what can be done about it, and which numbers are not the fit's."""
-    if refused := st.session_state.pop(REFUSED, None):
-        st.warning(plain(refused), icon=":material/edit_off:")
-    needed = [name for name in INPUTS if name != "mm_per_px" or (network is not None and network.config.with_scale)]
-    emptied = [_words(name) for name in needed if numbers[name] is None and fitted[name] is not None]
-    if emptied:
-        st.info(
-            f"Empty: {', '.join(emptied)}. What depends on it is unknown: type a number, or go *Back to the fit*.",
-            icon=":material/edit:",
-        )
-    typed = [
-        f"{_words(name)} {numbers[name]:g} (fit {'unknown' if fitted[name] is None else f'{fitted[name]:.4g}'})"
-        for name in needed
-        if numbers[name] is not None and numbers[name] != fitted[name]
-    ]
-    if typed:
-        st.caption(f":material/edit: Typed instead of the fit's: {plain(', '.join(typed))}.")
+def problems(fit: Fit, prediction: MassPrediction, *, is_asked: bool) -> None:
+    """Why a mass is missing, and what can be done about it; ``is_asked`` unless a network or a number is missing."""
     if not fit.ok:
         st.warning(
             plain(f"The fit of {' + '.join(fit.pair)} in frame {fit.frame} failed: {fit.dimensions.reason}.")
             + " Type the dimensions below, try another frame or the other pair.",
             icon=":material/straighten:",
         )
-    elif prediction.reason and network is not None and not emptied:
+    elif prediction.reason and is_asked:
         st.warning(plain(f"No container mass: {prediction.reason}."), icon=":material/warning:")
     if not prediction.restored.ok:
         st.warning(plain(f"Nothing was restored: {prediction.restored.reason}."), icon=":material/warning:")
@@ -189,49 +153,6 @@ def pictures(opened: OpenedRecording, mask: Mask, prediction: MassPrediction, *,
         st.caption(f":material/info: {plain(notes[0].upper() + notes[1:])}.")
     title = f"Mask of {opened.id}, {FRONTAL_VIEW}, frame {frame}"
     pin_button("the masks", lambda: [Pin(title, go.Figure(figure))], key="masks")
-
-
-def number_inputs(numbers: Numbers, fitted: Numbers, *, with_scale: bool) -> None:
-    """The numbers that the masses depend on, to be typed over."""
-    st.markdown("**What the mass estimates depend on**")
-    state = st.session_state
-    for name, (symbol, label) in INPUTS.items():
-        if name == "mm_per_px" and not with_scale:
-            continue
-        key, value = f"mass_{name}", numbers[name]
-        state[key] = None if value is None else min(max(float(value), LOW), HIGH)
-        st.number_input(
-            f"{symbol}, {label}",
-            value=None,
-            step=0.01 if name == "mm_per_px" else 1.0,
-            format="%.2f" if name == "mm_per_px" else "%.1f",
-            key=key,
-            placeholder="missing: the fit failed",
-            on_change=_take_over,
-            args=(name, key),
-        )
-    st.button(
-        "Back to what was measured",
-        icon=":material/undo:",
-        disabled=numbers == fitted,
-        on_click=lambda: state.pop(TYPED, None),
-        width="stretch",
-    )
-
-
-def _take_over(name: str, key: str) -> None:
-    """Take over a number that was typed, or say why not."""
-    state = st.session_state
-    value = state[key]
-    if value is not None and not LOW <= value <= HIGH:
-        state[REFUSED] = f"{value:g} is not used for the {_words(name)}: it must lie between {LOW:g} and {HIGH:,.0f}."
-        return
-    state[TYPED] = state[TYPED][0], state[TYPED][1] | {name: value}
-
-
-def _words(name: str) -> str:
-    """A number of ``INPUTS`` in words."""
-    return INPUTS[name][1].partition(" (")[0]
 
 
 def sensitivity(opened: OpenedRecording, numbers: Numbers, curves_g: dict[str, NDArray[np.float64]]) -> None:

@@ -54,7 +54,7 @@ def recordings_table(table: pd.DataFrame) -> pd.DataFrame:
     shown = table[["container", "kind", "filling", "level"]].astype("string").fillna(UNKNOWN)
     shown["scenario"] = table["scenario"].map(SCENARIOS).astype("string").fillna(UNKNOWN)
     numbers = ["capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm", "container_mass_g"]
-    return shown.join(table[["missing", *numbers]])
+    return shown.join(table[[*numbers, "missing"]])
 
 
 def filter_table(shown: pd.DataFrame, *, chosen: Mapping[str, Iterable[str]], lacks: str | None = None) -> pd.DataFrame:

@@ -47,7 +47,9 @@ def hull(opened: OpenedRecording, found: Estimate) -> None:
         st.caption(plain("; ".join(found.notes)) or "Nothing was fitted.")
         return
     linked_plot(
-        hull_figure.parts(found.fit.hull, found.fit.dimensions, cameras=opened.cameras, preset=session.choice().estimate_preset),
+        hull_figure.parts(
+            found.fit.hull, found.fit.dimensions, cameras=opened.cameras, preset=session.choice().estimate_preset
+        ),
         key="overview_hull",
         label="Hull and circumferences in 3D",
         height_px=HEIGHT_PX,
