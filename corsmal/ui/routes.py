@@ -5,7 +5,7 @@ from collections import OrderedDict
 from typing import TYPE_CHECKING
 
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Route
 
 from corsmal.digests import digest
@@ -17,13 +17,26 @@ if TYPE_CHECKING:
 
 DATASETS_MAX = 32
 
+PAGE_PATHS = {
+    "overview": "",
+    "recordings": "dataset",
+    "frames": "best-frame",
+    "shape": "hull",
+    "filling": "sound",
+    "mass": "weight",
+    "evaluation": "results",
+}
+"""Under a page's own name whoever types it is sent on to its address: Streamlit takes a page with the address of its
+file for its older kind of app, whose pages run without ``app.py``."""
+
 _datasets: "OrderedDict[str, Dataset]" = OrderedDict()
 _lock = threading.Lock()
 
 
 def routes() -> list[Route]:
     """The routes to give to ``st.App``."""
-    return [plotly_route(), Route("/thumbnails/{dataset}/{recording}.jpg", _thumbnail)]
+    named = [Route(f"/{name}", _page) for name in PAGE_PATHS]
+    return [plotly_route(), Route("/thumbnails/{dataset}/{recording}.jpg", _thumbnail), *named]
 
 
 def thumbnail_urls(dataset: "Dataset", ids: list[str]) -> list[str]:
@@ -35,6 +48,11 @@ def thumbnail_urls(dataset: "Dataset", ids: list[str]) -> list[str]:
         while len(_datasets) > DATASETS_MAX:
             _datasets.popitem(last=False)
     return [f"/thumbnails/{name}/{recording}.jpg" for recording in ids]
+
+
+def _page(request: Request) -> Response:
+    path, query = PAGE_PATHS[request.url.path.rpartition("/")[2]], request.url.query
+    return RedirectResponse(f"./{path}" + (f"?{query}" if query else ""))  # relative: the app may have a base path
 
 
 def _thumbnail(request: Request) -> Response:

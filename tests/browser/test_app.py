@@ -56,7 +56,7 @@ def query(page: Page) -> dict[str, str]:
 
 
 def measures(page: Page) -> list[str]:
-    return page.get_by_test_id("stMetricValue").all_inner_texts()
+    return page.get_by_test_id("stCaptionContainer").filter(has_text="this frame").all_inner_texts()
 
 
 def rotate(page: Page, figure: Locator) -> dict[str, Any]:
@@ -80,7 +80,7 @@ def rotate(page: Page, figure: Locator) -> dict[str, Any]:
 def test_dragging_the_slider_refits_the_hull_and_leaves_the_camera(
     page: Page, app: str, request: pytest.FixtureRequest
 ) -> None:
-    page.goto(f"{request.getfixturevalue(app)}/hull")
+    page.goto(f"{request.getfixturevalue(app)}/shape")
     figure = plot(page, HULL)
     slider = page.get_by_role("slider", name="L, circumferences")
     slider.scroll_into_view_if_needed()
@@ -135,11 +135,11 @@ def test_address_opened_elsewhere_shows_the_same_and_back_goes_back(page: Page, 
     page.wait_for_url(re.compile(rf"[?&]L={slider.input_value()}\b"))
     page.go_back()
     expect(slider).to_have_value("60")
-    expect(page.get_by_test_id("stMetricValue")).to_have_text(measured)
+    expect(page.get_by_test_id("stCaptionContainer").filter(has_text="this frame")).to_have_text(measured)
 
 
 def test_keys_step_through_the_frames(page: Page, address: str) -> None:
-    page.goto(f"{address}/best-frame?frame=2")
+    page.goto(f"{address}/frames?frame=2")
     plot(page, "Scores of the frames")
     for key, frame in (("ArrowRight", 3), ("ArrowRight", 4), ("ArrowLeft", 3), ("Home", 0)):
         page.keyboard.press(key)

@@ -9,8 +9,10 @@ from starlette.applications import Starlette
 from streamlit.web.server.app_discovery import discover_asgi_app
 
 from corsmal.dataset import open_dataset
-from corsmal.ui.routes import DATASETS_MAX, routes, thumbnail_urls
+from corsmal.ui.routes import DATASETS_MAX, PAGE_PATHS, routes, thumbnail_urls
 from tests.tiny import write_tiny_dataset
+
+APP = Path(__file__).resolve().parents[2] / "app.py"
 
 
 @pytest.fixture(autouse=True)
@@ -23,7 +25,7 @@ def dataset(tiny_dataset_root):
     return open_dataset(tiny_dataset_root)
 
 
-def get(path):
+def get(path, *, query=b""):
     """Ask the routes as a server would: status, headers and body."""
     sent = []
 
@@ -33,7 +35,7 @@ def get(path):
     async def send(message):
         sent.append(message)
 
-    scope = {"type": "http", "method": "GET", "path": path, "query_string": b"", "headers": [], "http_version": "1.1"}
+    scope = {"type": "http", "method": "GET", "path": path, "query_string": query, "headers": [], "http_version": "1.1"}
     scope["asgi"] = {"version": "3.0", "spec_version": "2.4"}  # below 2.4 a reply waits for the browser to hang up
     asyncio.run(Starlette(routes=routes())(scope, receive, send))
     headers = {name.decode(): value.decode() for name, value in sent[0]["headers"]}
@@ -91,3 +93,16 @@ def test_plotly_comes_from_this_machine():
 
 def test_streamlit_finds_the_application_with_its_routes() -> None:
     assert discover_asgi_app(Path(__file__).resolve().parents[2] / "app.py").is_asgi_app
+
+
+@pytest.mark.parametrize("name", PAGE_PATHS)
+def test_a_pages_name_leads_to_its_address_with_all_that_it_says(name):
+    status, headers, _ = get(f"/{name}", query=b"recording=000618&frame=3")
+    assert status == 307
+    assert headers["location"] == f"./{PAGE_PATHS[name]}?recording=000618&frame=3"
+    assert get(f"/{name}")[1]["location"] == f"./{PAGE_PATHS[name]}"
+
+
+def test_every_page_has_an_address_under_its_name():
+    assert set(PAGE_PATHS) == {path.stem for path in (APP.parent / "pages").glob("*.py")}
+    assert all(f'"{path}"' in APP.read_text() for path in PAGE_PATHS.values() if path)
