@@ -32,11 +32,11 @@ with st.container(horizontal=True, vertical_alignment="bottom"):
         estimate_control()
     with st.container(width="content"):
         preset_control()
-    with st.container(width=130):
+    with st.container(width=110):
         compared = compared_preset()
     with st.container(width="content"):
         best = pair_control(opened, found, estimated)
-    with st.container(width=270):
+    with st.container(width=225):
         frame = frame_control(best, frames=opened.frames)
 
 

@@ -20,7 +20,7 @@ from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.shape.parameters import live_sliders, own_values, parameters_note
 
 SCOPES: dict[Scope, str] = {"container": "container", "cameras": "cameras"}
-HEIGHT_PX, SLIDERS_PX = 420, 70
+HEIGHT_PX, SLIDERS_PX = 380, 70
 """Of the hull, and of what is below it: with the measures above they fit a screen."""
 
 
