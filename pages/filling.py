@@ -9,30 +9,29 @@ from corsmal.ui.filling.answer import answer, predicted, weights_note
 from corsmal.ui.filling.downloads import downloads
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
+from corsmal.ui.pair_and_frame import chosen_best
+from corsmal.ui.time_line import time_line
 
 st.title("Filling")
 opened = OpenedRecording(session.opened()[1])
 watch_detection(opened)
-clock = sound.frame_clock(opened)
-if clock is not None:
-    session.keep_frame_within(opened.frames)
+session.keep_frame_within(opened.frames)
 weights_note(opened.recording)
 
 
 def listen(opened: OpenedRecording) -> None:
+    time_line(opened, chosen_best(opened))
     event = plot_event(timeline.TIMELINE)
     picture = sound.picture(opened, session.choice().channel)
     crop_s = timeline.followed_crop(event, picture)
-    cursor = timeline.followed_frame(event, clock)
     left, right = st.columns([3, 7], gap="medium")
     with left:
         prediction = predicted(opened, crop_s)
         if prediction is not None:
             answer(opened, prediction, crop_s=crop_s)
-        timeline.frame_picture(opened, cursor)
     with right:
         timeline.controls(opened, crop_s=crop_s, settled=event.settled)
-        timeline.timeline(picture, opened=opened, prediction=prediction, crop_s=crop_s, cursor=cursor)
+        timeline.timeline(picture, opened=opened, prediction=prediction, crop_s=crop_s)
     downloads(opened, crop_s=crop_s, has_answer=prediction is not None)
 
 

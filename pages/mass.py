@@ -7,7 +7,8 @@ from corsmal.ui.detecting import open_detected
 from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
-from corsmal.ui.pair_and_frame import frame_control, pair_control
+from corsmal.ui.pair_and_frame import pair_control
+from corsmal.ui.time_line import time_line
 
 st.title("Mass")
 opened = open_detected()
@@ -18,13 +19,12 @@ with st.container(horizontal=True, vertical_alignment="bottom"):
         estimate_control()
     with st.container(width="content"):
         best = pair_control(opened, found, shape)
-    with st.container(width=270):
-        frame = frame_control(best, frames=opened.frames)
     with st.container(width="content"):
         axis = mass_network.axis_control(network)
 
 
 def mass_panel(opened: OpenedRecording) -> None:
+    frame = time_line(opened, best)
     padding_px = mass_network.dragged_padding_px(plot_event("restoration"), network)
     shown, fit = mass.estimate_in_frame(opened, found, best, frame, shape)
     inputs = mass.network_inputs(opened, shown)

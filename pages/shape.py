@@ -8,7 +8,7 @@ from corsmal.ui.detecting import open_detected
 from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
-from corsmal.ui.pair_and_frame import frame_control, pair_control
+from corsmal.ui.pair_and_frame import pair_control
 from corsmal.ui.pins import pin_button
 from corsmal.ui.shape.measures import (
     annotated,
@@ -18,6 +18,7 @@ from corsmal.ui.shape.measures import (
 )
 from corsmal.ui.shape.parameters import apply_sliders, compared_preset, other_parameters, preset_control
 from corsmal.ui.shape.plots import hull_pins, hull_plots, reprojections
+from corsmal.ui.time_line import time_line
 
 st.title("Shape")
 opened = open_detected()
@@ -36,23 +37,25 @@ with st.container(horizontal=True, vertical_alignment="bottom"):
         compared = compared_preset()
     with st.container(width="content"):
         best = pair_control(opened, found, estimated)
-    with st.container(width=225):
-        frame = frame_control(best, frames=opened.frames)
 
 
 def fit_panel(opened: OpenedRecording) -> None:
+    above, line = st.container(), st.container()  # the hull, its sliders and the measures fit on one screen
+    with line:
+        frame = time_line(opened, best)
     event = plot_event("hull")
     apply_sliders(event)
     shape = session.choice().shape
     fit = opened.fit(best, frame, shape, is_settled=event.settled)
     beside = None if compared is None else (compared, opened.fit(best, frame, SHAPE_PRESETS[compared]))
     fits = [(session.choice().shape_name, fit), *([] if beside is None else [beside])]
-    measures(found, name=estimate_name, fits=fits, truth=truth)
     agreements = opened.agreements(fit, best.centre_rule) if event.settled else {}
-    frame_problems(fit, agreements, is_inspected=opened.is_inspected(fit.pair, frame))
-    if fit.hull.ok:
-        hull = None if beside is None else (beside[0], beside[1].hull)
-        hull_plots(opened, fit, beside=hull, estimated=estimated)
+    with above:
+        measures(found, name=estimate_name, fits=fits, truth=truth)
+        frame_problems(fit, agreements, is_inspected=opened.is_inspected(fit.pair, frame))
+        if fit.hull.ok:
+            hull = None if beside is None else (beside[0], beside[1].hull)
+            hull_plots(opened, fit, beside=hull, estimated=estimated)
     reprojections(opened, best, fit, frame=frame, points=shape.points, agreements=agreements)
     if fit.hull.ok:
         hull_downloads(opened.id, fit)

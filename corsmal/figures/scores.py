@@ -4,16 +4,15 @@ import pandas as pd
 import plotly.graph_objects as go
 
 from corsmal.figures.drawing import Drawing, Drawn
-from corsmal.figures.style import BEST, PENALTY, TOTAL, VIEW_COLOURS, Part, axis, cursor_line, plain_layout, scatter
+from corsmal.figures.style import BEST, PENALTY, TOTAL, VIEW_COLOURS, Part, axis, plain_layout, scatter
 from corsmal.selection import BestFrame
 
 
 @Drawing
-def score_figure(best: BestFrame, *, frame: int | None = None) -> Drawn:
+def score_figure(best: BestFrame) -> Drawn:
     """Scores by frame: the pair's score, the mask pixels of each view and the penalties that are taken off.
 
-    A line marks the chosen ``frame``; frames without a container in both views leave a gap. A point's ``x`` is the
-    frame index.
+    Frames without a container in both views leave a gap. A point's ``x`` is the frame index.
     """
     scores = best.scores
     penalties = [-2 * sum(score.penalties) if score.total is not None else None for score in scores]
@@ -44,8 +43,6 @@ def score_figure(best: BestFrame, *, frame: int | None = None) -> Drawn:
         xaxis=axis("frame", rangemode="tozero"),
         yaxis=axis("pixels", zeroline=True),
     )
-    if frame is not None:
-        layout["shapes"] = [cursor_line(frame, yref="y domain")]
     return traces, layout
 
 

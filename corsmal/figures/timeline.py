@@ -9,14 +9,13 @@ from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.panels import (
     anchor,
     caption,
-    cursor_text,
     log_mel_axis,
     log_mel_image,
     panel_axis,
     stacked_domains,
 )
 from corsmal.figures.sound import SoundPicture
-from corsmal.figures.style import ATTENTION, SOUND, TRUTH, Part, axis, cursor_line, note, plain_layout, scatter
+from corsmal.figures.style import ATTENTION, SOUND, TRUTH, Part, axis, note, plain_layout, scatter
 from corsmal.figures.windows import length_s, times_s, window_areas, window_labels
 from corsmal.filling import FillingPrediction
 
@@ -51,7 +50,6 @@ def timeline_figure(
     channel: str,
     prediction: FillingPrediction | None = None,
     windows: Sequence[FillingPrediction] = (),
-    cursor: tuple[float, str] | None = None,
 ) -> Drawn:
     """Waveform, log-mel, attention and the probabilities of a sliding window, one below the other.
 
@@ -60,7 +58,6 @@ def timeline_figure(
         channel: its name.
         prediction: gives the attention; without it its panel is left out.
         windows: predictions for windows that slide across the recording; likewise.
-        cursor: a moment, s, that a line marks, and its name.
 
     Returns:
         A figure with its height set. ``layout.meta`` names the parts of the plot's height, from below, that a crop is
@@ -91,12 +88,11 @@ def timeline_figure(
         hoversubplots="axis",
         xaxis=axis("time (s)", range=limits_s, anchor=ids[names[-1]], showgrid=False, zeroline=False),
         images=[log_mel_image(picture, yaxis=ids["log-mel"])],
-        shapes=[*_lane(picture, height_px), *([] if cursor is None else [cursor_line(cursor[0], yref="paper")])],
+        shapes=_lane(picture, height_px),
         annotations=[
             *(caption(captions[name], domains[name][1]) for name in names),
             *_lane_texts(picture, height_px),
             *labels,
-            *([] if cursor is None else [cursor_text(*cursor)]),
         ],
     )
     for name in names:

@@ -1,6 +1,4 @@
-"""Stepping through the frames of a recording."""
-
-from math import isfinite
+"""The frames of a recording: their scores, and what was detected in one."""
 
 import pandas as pd
 import streamlit as st
@@ -12,12 +10,10 @@ from corsmal.figures.report import Pin
 from corsmal.parameters import CentreRule
 from corsmal.selection import BestFrame
 from corsmal.ui.amounts import measure
-from corsmal.ui.linked_plot import PlotEvent, linked_plot
-from corsmal.ui.messages import guarded
+from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.opened import OpenedRecording
+from corsmal.ui.time_line import VIEWS
 
-STEPS = {"ArrowLeft": -1, "ArrowRight": 1, "PageUp": -10, "PageDown": 10}
-KEYS = (*STEPS, "Home", "End")
 RULES = {
     "both thirds": "the paper's: middle third of width and height",
     "horizontal third": "middle third of the width only: no frame passed the paper's",
@@ -25,23 +21,13 @@ RULES = {
 }
 
 
-def stepped(frame: int, event: PlotEvent, *, frames: int) -> int:
-    """The frame after a click on a frame's score or a press of a key, within the video."""
-    if event.click is not None and isinstance(event.click.x, int | float) and isfinite(event.click.x):
-        frame = round(event.click.x)
-    if event.key is not None:
-        key, count = event.key
-        frame = {"Home": 0, "End": frames - 1}.get(key, frame + STEPS.get(key, 0) * count)
-    return min(max(frame, 0), frames - 1)
-
-
-def score_plot(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
-    """Every frame's score; a click or a key goes to another frame, see ``stepped``."""
+def score_plot(opened: OpenedRecording, best: BestFrame) -> None:
+    """Every frame's score; a click goes to its frame."""
     linked_plot(
-        score_figure.parts(best, frame=frame),
+        score_figure.parts(best),
         key="scores",
         label=f"Scores of the frames of recording {opened.id}",
-        keys=KEYS,
+        frame_on_x=1,
         height_px=320,
         revision=opened.id,
     )
@@ -68,26 +54,22 @@ def score_line(best: BestFrame, frame: int, *, frames: int) -> None:
         measure(right, f"Frame {frame}", f"{score.total:,} px", note)
 
 
-def view_pictures(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
-    """The views side by side with their detections, and under each what was found and why it was dropped."""
-    names = [name for name in ("view1", "view3", "view2") if name in opened.recording.views]
-    if not names:
-        st.warning(f"Missing: {', '.join(opened.recording.missing)}.", icon=":material/inventory_2:")
+def detections_tables(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
+    """What was found in the frame of each view, and why it was dropped."""
+    names = [name for name in VIEWS if name in opened.recording.views]
     for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
-        with column, guarded():
-            star = " :material/star: best frame" if name in best.pair and frame == best.frame else ""
-            st.markdown(f"**{name}**, frame {frame}{star}")
-            st.image(opened.picture(name, frame, best.centre_rule), width="stretch")
-            detections = opened.detections.views.get(name)
-            if detections is None:
-                st.caption("no detections")
-            elif frame not in detections:
-                st.caption("this frame was not inspected")
-            elif len(detections[frame]) == 0:
-                st.caption("nothing was detected in this frame")
+        with column:
+            found = opened.detections.views.get(name)
+            if found is None:
+                st.caption(f"{name}: no detections")
+            elif frame not in found:
+                st.caption(f"{name}: frame {frame} was not inspected")
+            elif len(found[frame]) == 0:
+                st.caption(f"{name}: nothing was detected in frame {frame}")
             else:
+                st.caption(f"{name}, frame {frame}: detections")
                 st.dataframe(
-                    detections_table(detections[frame], centre_rule=best.centre_rule),
+                    detections_table(found[frame], centre_rule=best.centre_rule),
                     column_config={
                         "score": st.column_config.NumberColumn(format="%.2f"),
                         "verdict": st.column_config.TextColumn(width="medium"),

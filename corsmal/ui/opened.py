@@ -9,11 +9,11 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from corsmal.dataset import Recording, Video
-from corsmal.detection import ViewDetections, filter_detections
+from corsmal.detection import ViewDetections
 from corsmal.digests import digest, file_fingerprint
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.estimation import Estimate, Fit, RecordingMasks, TrainingMeans, choose_frames, fit_masks
-from corsmal.figures import draw_detections, jpeg
+from corsmal.figures import jpeg
 from corsmal.geometry import Camera
 from corsmal.parameters import METHOD_VIEWS, CentreRule, ShapeParameters
 from corsmal.selection import BestFrame, Pair
@@ -27,9 +27,10 @@ from corsmal.stages.true_masks import true_masks
 from corsmal.ui import shared
 from corsmal.ui.caching import by_key, cached
 from corsmal.ui.messages import guarded
+from corsmal.ui.playback import with_detections
 
 PICTURE_WIDTH_PX = 960
-"""Frames are sent this wide at most: three of them side by side fill a large screen."""
+"""Frames that are pinned, or shown by themselves, are this wide at most."""
 
 
 def fingerprint(recording: Recording) -> str:
@@ -114,6 +115,19 @@ class OpenedRecording:
                 counts.append(self.video(view).frame_count)
         return max(counts)
 
+    @property
+    def fps(self) -> float:
+        """Frames per second of the frontal view, or of another that can be read; 0 where it is not known."""
+        for view in ("view3", "view1", "view2", "view4"):
+            with suppress(CorsmalError):
+                return self.video(view).fps
+        return 0.0
+
+    @property
+    def seconds_per_frame(self) -> float | None:
+        """For an axis in seconds on which the time line's playhead is marked."""
+        return 1 / self.fps if self.fps else None
+
     @cached(48)
     def image(self, view: str, frame: int) -> NDArray[np.uint8]:
         """One frame, (H, W, 3) uint8 RGB, read only."""
@@ -124,11 +138,8 @@ class OpenedRecording:
     @cached(512, key=by_detections)
     def picture(self, view: str, frame: int, centre_rule: CentreRule) -> bytes:
         """One frame as JPEG, with its detections drawn on it where there are any."""
-        image, detections = self.image(view, frame), self.detections.views.get(view)
-        if detections is not None and frame in detections:
-            found = detections[frame]
-            image = draw_detections(image, found, filter_detections(found, centre_rule=centre_rule))
-        return jpeg(image, width=PICTURE_WIDTH_PX)
+        image, found = self.image(view, frame), self.detections.views.get(view)
+        return jpeg(with_detections(image, found, frame, centre_rule=centre_rule), width=PICTURE_WIDTH_PX)
 
     @cached(16, key=by_detections)
     def mask(self, view: str, frame: int, centre_rule: CentreRule) -> NDArray[np.bool_]:
@@ -204,7 +215,7 @@ class OpenedRecording:
         )
 
 
-def show_panel(panel: Callable[[OpenedRecording], None], opened: OpenedRecording) -> None:
+def show_panel(panel: Callable[[OpenedRecording], object], opened: OpenedRecording) -> None:
     """Show a part of a page that also runs by itself, for the recording as it is then.
 
     Args:

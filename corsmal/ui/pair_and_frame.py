@@ -1,4 +1,4 @@
-"""The pair of views and the frame that pages are about."""
+"""The pair of views that pages are about."""
 
 import streamlit as st
 from streamlit.runtime.scriptrunner import get_script_run_ctx
@@ -40,26 +40,11 @@ def pair_control(opened: OpenedRecording, found: Estimate, shape: ShapeParameter
     return selections[session.choice().pair or pair]
 
 
-def frame_control(best: BestFrame, *, frames: int) -> int:
-    """Choose the frame; at first the best one.
-
-    Returns:
-        The frame index.
-    """
-    automatic = best.frame or 0
-    chosen = session.choice().frame
-    frame = min(automatic if chosen is None else chosen, frames - 1)
-    key = _key_showing("frame", frame)
-    left, right = st.columns([3, 2], vertical_alignment="bottom")
-    left.number_input(f"Frame (0 to {frames - 1})", 0, frames - 1, key=key, on_change=_take_over, args=("frame", key))
-    right.button(
-        f"Best: {automatic}" if best.ok else "No best frame",
-        icon=":material/star:",
-        disabled=frame == automatic,
-        on_click=lambda: session.choose(frame=None),
-        width="stretch",
-    )
-    return frame
+def chosen_best(opened: OpenedRecording) -> BestFrame:
+    """The best frame of the chosen pair; where none is chosen, of the first pair that has one, without an estimate."""
+    pair, shape = session.choice().pair, session.choice().estimated_shape
+    found = [opened.best_frame(pair, shape) for pair in (PAIRS if pair is None else [pair])]
+    return next((best for best in found if best.ok), found[0])
 
 
 def _key_showing(name: str, value: object) -> str:

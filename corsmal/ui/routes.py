@@ -1,8 +1,12 @@
-"""What the server hands out beside the pages: plotly.js and thumbnails. The server starts with it: it loads little."""
+"""What the server hands out beside the pages: plotly.js, thumbnails, and what the time line plays.
+
+The server starts with it: it loads little.
+"""
 
 import threading
 from collections import OrderedDict
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
@@ -14,8 +18,10 @@ from corsmal.ui.linked_plot import plotly_route
 
 if TYPE_CHECKING:
     from corsmal.dataset import Dataset
+    from corsmal.ui.playback import Playback
 
-DATASETS_MAX = 32
+DATASETS_MAX, PLAYBACKS_MAX = 32, 8
+FOR_AN_HOUR = {"Cache-Control": "private, max-age=3600"}
 
 PAGE_PATHS = {
     "overview": "",
@@ -29,25 +35,64 @@ PAGE_PATHS = {
 """Under a page's own name whoever types it is sent on to its address: Streamlit takes a page with the address of its
 file for its older kind of app, whose pages run without ``app.py``."""
 
-_datasets: "OrderedDict[str, Dataset]" = OrderedDict()
-_lock = threading.Lock()
+Item = TypeVar("Item")
+
+
+class Shown(Generic[Item]):
+    """What pages have shown, by name: nothing else is served. The oldest is forgotten where there are too many."""
+
+    def __init__(self, at_most: int) -> None:
+        self._at_most = at_most
+        self._items: OrderedDict[str, Item] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def put(self, name: str, item: Item) -> None:
+        """Serve an item under a name, instead of an earlier one of that name."""
+        with self._lock:
+            self._items[name] = item
+            self._items.move_to_end(name)
+            while len(self._items) > self._at_most:
+                self._items.popitem(last=False)
+
+    def get(self, name: str) -> Item | None:
+        """The item of a name."""
+        with self._lock:
+            return self._items.get(name)
+
+
+_datasets: "Shown[Dataset]" = Shown(DATASETS_MAX)
+_playbacks: "Shown[Playback]" = Shown(PLAYBACKS_MAX)
 
 
 def routes() -> list[Route]:
     """The routes to give to ``st.App``."""
     named = [Route(f"/{name}", _page) for name in PAGE_PATHS]
-    return [plotly_route(), Route("/thumbnails/{dataset}/{recording}.jpg", _thumbnail), *named]
+    return [
+        plotly_route(),
+        Route("/thumbnails/{dataset}/{recording}.jpg", _thumbnail),
+        Route("/playback/{playback}/sound/{channel:int}.wav", _sound),
+        Route("/playback/{playback}/{view}/{frame:int}.jpg", _picture),
+        *named,
+    ]
 
 
 def thumbnail_urls(dataset: "Dataset", ids: list[str]) -> list[str]:
     """Addresses of recordings' thumbnails; only datasets that a page has shown are served."""
     name = digest("dataset", str(dataset.root))
-    with _lock:
-        _datasets[name] = dataset
-        _datasets.move_to_end(name)
-        while len(_datasets) > DATASETS_MAX:
-            _datasets.popitem(last=False)
+    _datasets.put(name, dataset)
     return [f"/thumbnails/{name}/{recording}.jpg" for recording in ids]
+
+
+def playback_url(playback: "Playback", key: object) -> str:
+    """The address under which a recording is played: ``VIEW/FRAME.jpg`` and ``sound/CHANNEL.wav`` follow it.
+
+    Args:
+        playback: the recording; it takes the place of an earlier one of the same key.
+        key: of the recording's files, and of whatever else tells two playbacks apart that are shown at the same time.
+    """
+    name = digest("playback", key)
+    _playbacks.put(name, playback)
+    return f"/playback/{name}/"
 
 
 def _page(request: Request) -> Response:
@@ -59,11 +104,30 @@ def _thumbnail(request: Request) -> Response:
     from corsmal.store import Store  # noqa: PLC0415 - see the top of the file
     from corsmal.ui import media  # noqa: PLC0415
 
-    dataset = _datasets.get(request.path_params["dataset"])
-    if dataset is None:
-        return PlainTextResponse("no such dataset is open", status_code=404)
+    name, recording = request.path_params["dataset"], request.path_params["recording"]
+    return _reply(_datasets.get(name), lambda dataset: media.thumbnail(dataset[recording], store=Store()), "image/jpeg")
+
+
+def _picture(request: Request) -> Response:
+    view, frame = request.path_params["view"], request.path_params["frame"]
+    playback = _playbacks.get(request.path_params["playback"])
+    return _reply(playback, lambda playback: playback.picture(view, frame), "image/jpeg")
+
+
+def _sound(request: Request) -> Response:
+    from corsmal.dataset.audio import CHANNELS  # noqa: PLC0415 - see the top of the file
+
+    number = request.path_params["channel"]  # as people count them; 0: the mean of all
+    playback = _playbacks.get(request.path_params["playback"]) if number <= CHANNELS else None
+    return _reply(playback, lambda playback: playback.sound(number - 1 if number else None), "audio/wav")
+
+
+def _reply(item: Item | None, read: Callable[[Item], bytes], media_type: str) -> Response:
+    """What is read from an item that a page has shown; where there is nothing, that is all that is said."""
+    if item is None:
+        return PlainTextResponse("not open", status_code=404)
     try:
-        content = media.thumbnail(dataset[request.path_params["recording"]], store=Store())
+        content = read(item)
     except CorsmalError:
-        return PlainTextResponse("no picture", status_code=404)
-    return Response(content, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=3600"})
+        return PlainTextResponse("nothing to show", status_code=404)
+    return Response(content, media_type=media_type, headers=FOR_AN_HOUR)

@@ -150,12 +150,29 @@ class Visitor:
     def plots(self) -> dict[str, dict[str, Any]]:
         """What was sent to the browser for each linked plot, by key; ``figure`` is decoded."""
         sent = {}
-        component: Any
-        for component in self.test.get("bidi_component"):
-            content = json.loads(component.proto.json)
-            content["figure"] = _decoded(json.loads(content["figure"]))
-            sent[str(component.key)] = content
+        for key, content in self._components.items():
+            if "figure" in content:
+                sent[key] = content | {"figure": _decoded(json.loads(content["figure"]))}
         return sent
+
+    @property
+    def time_line(self) -> dict[str, Any]:
+        """What was sent to the browser for the time line; empty where there is none."""
+        return self._components.get("time_line", {})
+
+    @property
+    def _components(self) -> dict[str, dict[str, Any]]:
+        components: list[Any] = list(self.test.get("bidi_component"))
+        return {str(component.key): json.loads(component.proto.json) for component in components}
+
+    @property
+    def frame(self) -> int:
+        """Where the playhead of the time line stands."""
+        return int(self.time_line["frame"])
+
+    def go_to(self, frame: int) -> None:
+        """Move the playhead, and let it rest."""
+        self.report("time_line", values={"frame": frame}, settled=True)
 
     @property
     def buttons(self) -> list[str]:
@@ -174,11 +191,11 @@ class Visitor:
             warnings=self.warnings,
             sentences=self.sentences,
             metrics=self.metrics,
-            plots=frozenset(str(component.key) for component in self.test.get("bidi_component")),
+            plots=frozenset(self.plots),
             buttons=self.buttons,
             videos=self.count("video"),
             sounds=self.count("audio"),
-            pictures=self.count("image", "imgs"),
+            pictures=self.count("image", "imgs") + sum(view["frames"] > 0 for view in self.time_line.get("views", ())),
         )
 
 

@@ -21,7 +21,7 @@ def test_full_address_shows_exactly_that(tiny_dataset_root: Path) -> None:
     assert visitor.warnings == []
     assert visitor.address == FULL
     assert test.selectbox(key="picker").value == "000001"
-    assert visitor.widget("frame_control").value == 2
+    assert visitor.frame == 2
     assert test.selectbox(key="shape_fit_rule").value == "any"
     sliders = {slider["name"]: slider["value"] for slider in visitor.plots["hull"]["sliders"]}
     assert sliders == {"circumferences": 120, "max_difference_mm": 0.5}
@@ -31,7 +31,7 @@ def test_full_address_shows_exactly_that(tiny_dataset_root: Path) -> None:
 def test_two_visitors_with_one_address_see_the_same(tiny_dataset_root: Path) -> None:
     first = Visitor(tiny_dataset_root).open("shape")
     first.report("hull", values={"circumferences": 77}, settled=True)
-    first.choose("frame_control", 4)
+    first.go_to(4)
     second = Visitor(tiny_dataset_root, **first.address).open("shape")
     assert second.metrics == first.metrics
     assert rings(second.plots["hull"]) == rings(first.plots["hull"])
@@ -40,7 +40,7 @@ def test_two_visitors_with_one_address_see_the_same(tiny_dataset_root: Path) -> 
 def test_address_without_a_recording_keeps_its_frame(tiny_dataset_root: Path) -> None:
     visitor = Visitor(tiny_dataset_root, frame="2").open("shape")
     assert visitor.address == {"recording": "000000", "frame": "2"}
-    assert visitor.widget("frame_control").value == 2
+    assert visitor.frame == 2
 
 
 @pytest.mark.parametrize("page", ["recordings", "frames", "shape"])
@@ -117,10 +117,9 @@ def test_each_wrong_parameter_has_its_own_warning_and_a_choice_ends_them(sound_r
 
 def test_pages_share_the_choice_although_navigation_empties_the_address(tiny_dataset_root: Path) -> None:
     visitor = Visitor(tiny_dataset_root).open("frames")
-    visitor.report("scores", key={"key": "Home", "count": 1})
-    visitor.report("scores", key={"key": "ArrowRight", "count": 4})
+    visitor.go_to(4)
     visitor.open("shape")
-    assert visitor.widget("frame_control").value == 4
+    assert visitor.frame == 4
     visitor.report("hull", values={"circumferences": 60}, settled=True)
     visitor.open("recordings")
     assert visitor.address == {"recording": "000000", "frame": "4", "L": "60"}
@@ -133,9 +132,9 @@ def test_pair_and_frame_are_shown_as_chosen_on_every_page(tiny_dataset_root: Pat
     for page in ("frames", "shape", "mass", "shape"):
         visitor.open(page)
         assert visitor.widget("pair_control").value == ("view3", "view1")
-    visitor.choose("frame_control", 2)
+    visitor.go_to(2)
     visitor.open("mass")
-    assert visitor.widget("frame_control").value == 2
+    assert visitor.frame == 2
 
 
 def test_going_back_restores_what_the_older_address_says(tiny_dataset_root: Path) -> None:
@@ -143,7 +142,7 @@ def test_going_back_restores_what_the_older_address_says(tiny_dataset_root: Path
     visitor.report("hull", values={"circumferences": 60}, settled=True)
     older, metrics = visitor.address, visitor.metrics
     visitor.report("hull", values={"circumferences": 300}, settled=True)
-    visitor.choose("frame_control", 1)
+    visitor.go_to(1)
     visitor.test.selectbox(key="picker").set_value("000001").run()
     visitor.go_back(**older)
     assert visitor.address == older
@@ -160,9 +159,17 @@ def test_a_run_with_the_address_of_a_moment_ago_takes_nothing_back(tiny_dataset_
     assert visitor.address == before | {"L": "60"}
 
 
-def test_a_frame_that_an_input_showed_a_moment_ago_is_not_taken_for_a_choice(tiny_dataset_root: Path) -> None:
+def test_a_pair_that_an_input_showed_a_moment_ago_is_not_taken_for_a_choice(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root, pair="view3-view2").open("shape")
+    shown = visitor.widget("pair_control")
+    visitor.go_back(recording="000000", pair="view3-view1")
+    shown.set_value(("view3", "view2")).run()
+    assert visitor.address == {"recording": "000000", "pair": "view3-view1"}
+
+
+def test_a_report_that_was_answered_moves_the_playhead_no_more(tiny_dataset_root: Path) -> None:
     visitor = Visitor(tiny_dataset_root, frame="2").open("shape")
-    shown = visitor.widget("frame_control")
+    visitor.go_to(3)
     visitor.go_back(recording="000000", frame="4")
-    shown.set_value(2).run()
+    assert visitor.frame == 4
     assert visitor.address == {"recording": "000000", "frame": "4"}

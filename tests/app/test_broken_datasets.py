@@ -65,7 +65,7 @@ def test_text_that_can_be_no_folder(folder: str) -> None:
 def test_folder_that_vanishes_while_it_is_shown(root: Path) -> None:
     visitor = Visitor(root).open("frames")
     shutil.rmtree(root)
-    visitor.report("scores", key={"key": "Home", "count": 1})
+    visitor.go_to(0)
     assert_says(visitor, str(root), "no such folder")
 
 

@@ -169,15 +169,16 @@ def test_microphone_is_drawn_and_leaves_the_answer(visitor: Visitor, root: Path,
     assert_answers(visitor, by_hand(root, weights))
 
 
-def test_click_chooses_the_frame_of_that_moment(visitor: Visitor) -> None:
-    click = {"x": 0.1, "y": 0.0, "curve": 0, "customdata": None, "point_index": 3}
-    visitor.report(timeline.TIMELINE, click=click)
+def test_time_line_has_the_crop_and_the_sound_of_the_channel(visitor: Visitor) -> None:
+    assert visitor.plots[timeline.TIMELINE]["frame_on_x"] == pytest.approx(1 / 30)
+    assert (visitor.time_line["crop"], visitor.time_line["fps"]) == (None, 30)
+    assert visitor.time_line["sound"].endswith("/sound/0.wav")
+    visitor.report(timeline.TIMELINE, values={"crop_from": 0.1}, settled=True)
+    visitor.choose("channel_control", 7)
+    visitor.go_to(3)
+    assert visitor.time_line["crop"] == pytest.approx([3, 5])  # there are six frames, and three seconds of sound
+    assert visitor.time_line["sound"].endswith("/sound/8.wav")
     assert visitor.address["frame"] == "3"
-    assert "view3, frame 3, 0.10 s" in visitor.sentences
-    line = visitor.plots[timeline.TIMELINE]["figure"]["layout"]["shapes"][-1]
-    assert line["x0"] == line["x1"] == pytest.approx(0.1)
-    visitor.report(timeline.TIMELINE, click=click | {"x": 2.9})
-    assert visitor.address["frame"] == "5"
 
 
 def test_frame_after_the_end_is_left_out_and_reported(noisy: Path) -> None:

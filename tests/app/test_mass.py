@@ -105,7 +105,7 @@ def test_masses_are_the_overviews_until_another_frame_is_shown(sound_root: Path)
     visitor.open("mass")
     assert visitor.metrics["Container mass"] == overview["Container mass"]
     before = visitor.test.number_input(key="mass_capacity_ml").value
-    visitor.choose("frame_control", 0)
+    visitor.go_to(0)
     assert visitor.test.number_input(key="mass_capacity_ml").value != before
 
 
@@ -158,7 +158,7 @@ def test_typed_number_changes_the_mass_until_it_is_given_back(
 
 def test_typed_numbers_are_forgotten_in_another_frame(visitor: Visitor) -> None:
     visitor.choose("mass_height_mm", 300.0)
-    visitor.choose("frame_control", 2)
+    visitor.go_to(2)
     assert visitor.test.number_input(key="mass_height_mm").value < 200
 
 

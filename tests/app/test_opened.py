@@ -71,7 +71,7 @@ def test_a_slider_step_opens_the_recording_once_and_reads_nothing_again(
 def test_another_frame_decodes_each_mask_once(sound_root: Path, counts: Counter[object]) -> None:
     visitor = Visitor(sound_root, estimate="paper").open("shape")
     counts.clear()
-    visitor.choose("frame_control", 2)
+    visitor.go_to(2)
     assert visitor.crashes == visitor.errors == []
     assert counts.pop("fingerprint") == 1
     assert counts.pop("fits") == 2  # the paper's hull and the one beside it: both are new

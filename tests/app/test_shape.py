@@ -94,7 +94,7 @@ def test_own_values_are_estimated_over_the_recording_and_kept_when_the_preset_ch
 def test_poor_fit_says_how_much_of_the_masks_it_explains(real_root: Path) -> None:
     visitor = Visitor(real_root, recording="000618", preset="tuned", estimate="paper", frame="0").open("shape")
     assert "A poor fit" not in visitor.sentences
-    visitor.choose("frame_control", 63)
+    visitor.go_to(63)
     assert "A poor fit" in visitor.sentences
     assert "of view3's" in visitor.sentences
 
@@ -159,10 +159,10 @@ def test_pair_frame_and_best_button_choose_what_is_fitted(visitor: Visitor, soun
     paper = ShapeParameters.paper()
     visitor.choose("pair_control", ("view3", "view2"))
     assert_shows(visitor, hull_by_hand(sound_root, paper, pair=PAIRS[1]), paper)
-    visitor.choose("frame_control", 2)
+    visitor.go_to(2)
     assert_shows(visitor, hull_by_hand(sound_root, paper, pair=PAIRS[1], frame=2), paper)
     assert visitor.address == {"recording": "000000", "estimate": "paper", "pair": "view3-view2", "frame": "2"}
-    visitor.press(f"Best: {BEST}")
+    visitor.report("time_line", values={"best": 1}, settled=True)
     assert_shows(visitor, hull_by_hand(sound_root, paper, pair=PAIRS[1]), paper)
     assert "frame" not in visitor.address
 
@@ -275,7 +275,7 @@ def test_page_opens_at_the_frame_that_the_recordings_estimate_explains_best(soun
     found = estimate(open_dataset(sound_root)["000000"], shape=ShapeParameters.tuned())
     assert found.fit is not None
     assert visitor.crashes == []
-    assert visitor.widget("frame_control").value == found.fit.frame
+    assert visitor.frame == found.fit.frame
     assert "frame" not in visitor.address
 
 

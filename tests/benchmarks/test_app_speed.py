@@ -9,24 +9,24 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 from streamlit.testing.v1 import AppTest
 
-from corsmal.dataset import Recording, Video
-from corsmal.detection import filter_detections
+from corsmal.dataset import Recording, open_dataset
+from corsmal.demo.opening import open_demo
 from corsmal.figures import (
-    draw_detections,
     hull_figure,
-    jpeg,
     profile_figure,
     reprojection_figure,
     score_figure,
 )
 from corsmal.parameters import METHOD_VIEWS, PAIRS, ShapeParameters
 from corsmal.shape import KnownProfile, fit_hull, measure_hull
+from corsmal.stages.detections import load_detections
+from corsmal.store import Store
 from corsmal.ui import shared
 from corsmal.ui.linked_plot.component import figure_json
+from corsmal.ui.playback import Playback
 from tests.app.driver import PAGES, Visitor
 from tests.benchmarks.conftest import Opened
 
-PICTURE_WIDTH_PX = 960
 PAIR = PAIRS[0]
 KNOWN = KnownProfile.frustum(61.0, 98.0, 119.0)
 
@@ -101,7 +101,7 @@ def figure(opened: Opened, cameras, images, request: pytest.FixtureRequest):
         "hull": lambda: hull_figure.parts(fit.hull, fit.dimensions, cameras=cameras),
         "profile": lambda: profile_figure.parts(fit.hull, fit.dimensions, known=KNOWN),
         "reprojection": lambda: reprojection_figure.parts(images[view], mask, cameras[view], fit.hull, points=19),
-        "scores": lambda: score_figure.parts(opened.best, frame=3),
+        "scores": lambda: score_figure.parts(opened.best),
     }[request.param]
 
 
@@ -121,39 +121,43 @@ def test_bare_text_of_a_figure_that_is_made(benchmark: BenchmarkFixture, figure)
     assert benchmark(figure_json, made)
 
 
-@pytest.fixture
-def next_frames(recording: Recording) -> Iterator[Callable[[], tuple[int, dict[str, Video]]]]:
-    """The three views' next frame at each call, from the beginning again after the end."""
+@pytest.fixture(params=["real", "demo"])
+def playback(request: pytest.FixtureRequest, opened: Opened, tmp_path: Path) -> Iterator[Playback]:
+    """The recording that is measured on, or the first of the ready-made demo, with detections in every frame."""
+    recording, found = opened.recording, opened.found.views
+    if request.param == "demo":
+        store = Store(tmp_path)
+        recording = next(iter(open_dataset(open_demo(store=store))))
+        found = load_detections(recording, store=store).views
     videos = {view: recording.views[view].video() for view in METHOD_VIEWS}
-    numbers = itertools.cycle(range(min(len(video) for video in videos.values())))
-    yield lambda: (next(numbers), videos)
+    yield Playback(recording, videos, found, "both thirds")
     for video in videos.values():
         video.close()
 
 
-@stepping
-def test_frame_step_in_three_views(benchmark: BenchmarkFixture, opened: Opened, next_frames) -> None:
-    """What pages/frames.py does: decode, draw, encode, and the scores with their cursor."""
+def in_sequence(playback: Playback, read: Callable[[str, int], bytes]) -> Callable[[], list[bytes]]:
+    """Reads the three views' next frame at each call, from the beginning again after the end."""
+    numbers = itertools.cycle(range(min(map(len, playback.videos.values()))))
 
     def step() -> list[bytes]:
-        frame, videos = next_frames()
-        pictures = []
-        for view, video in videos.items():
-            detections = opened.found.views[view][frame]
-            filtered = filter_detections(detections, centre_rule=opened.best.centre_rule)
-            pictures.append(jpeg(draw_detections(video[frame], detections, filtered), width=PICTURE_WIDTH_PX))
-        return [*pictures, figure_json(score_figure.parts(opened.best, frame=frame)).encode()]
+        frame = next(numbers)
+        return [read(view, frame) for view in playback.videos]
 
-    assert all(benchmark.pedantic(step, rounds=20, warmup_rounds=1))
+    return step
 
 
 @stepping
-def test_bare_decoding_and_jpeg(benchmark: BenchmarkFixture, next_frames) -> None:
-    def step() -> list[int]:
-        frame, videos = next_frames()
-        return [len(cv2.imencode(".jpg", video[frame])[1]) for video in videos.values()]
+def test_pictures_of_three_views(benchmark: BenchmarkFixture, playback: Playback) -> None:
+    """What the server does for a frame of the time line: decode, draw the detections, make it small, encode."""
+    assert all(benchmark.pedantic(in_sequence(playback, playback.picture), rounds=70, warmup_rounds=1))
 
-    assert all(benchmark.pedantic(step, rounds=20, warmup_rounds=1))
+
+@stepping
+def test_bare_decoding_and_jpeg(benchmark: BenchmarkFixture, playback: Playback) -> None:
+    def read(view: str, frame: int) -> bytes:
+        return bytes(cv2.imencode(".jpg", playback.videos[view][frame])[1])
+
+    assert all(benchmark.pedantic(in_sequence(playback, read), rounds=70, warmup_rounds=1))
 
 
 @rerunning

@@ -1,4 +1,4 @@
-"""A small app around the linked plot: a surface with a range input, and points that one can click and step."""
+"""A small app around the linked plot: a surface with a range input, and points that one can click."""
 
 import numpy as np
 import plotly.graph_objects as go
@@ -35,11 +35,9 @@ def points() -> None:
     if event.click:
         state["index"] = event.click.customdata
         state["clicks"] += 1
-    if event.key:
-        state["index"] += {"ArrowLeft": -1, "ArrowRight": 1}[event.key[0]] * event.key[1]
     numbers = np.arange(10)
     figure = go.Figure(go.Scatter(x=numbers, y=numbers**2, mode="markers", marker_size=20, customdata=7 * numbers))
-    linked_plot(figure, key="points", label="Points", keys=("ArrowLeft", "ArrowRight"), height_px=240)
+    linked_plot(figure, key="points", label="Points", height_px=240)
     st.text(f"index {state['index']} clicks {state['clicks']}")
 
 

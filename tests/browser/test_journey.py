@@ -123,3 +123,29 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
     expect(opened.locator("img")).to_have_count(2)
     expect(opened.get_by_text("red cup").first).to_be_visible()
     offline.close()
+
+
+def test_from_the_first_start_by_playing_to_the_worst_recording_and_back(page: Page) -> None:
+    expect(page.get_by_role("heading", name="Overview", exact=True)).to_be_visible()
+    line = page.get_by_role("group", name=re.compile("^Time line of recording"))
+    playhead = line.get_by_role("slider", name="Frame", exact=True)
+    expect(line.get_by_role("img", name=re.compile("^view"))).to_have_count(3, timeout=DEMO_MS)
+    expect(page.get_by_test_id("stMetricValue").first).not_to_have_text("…", timeout=DEMO_MS)
+    start = playhead.get_attribute("aria-valuenow") or ""
+    line.get_by_role("button", name="Play", exact=True).click()
+    expect(playhead).not_to_have_attribute("aria-valuenow", start)
+    line.get_by_role("button", name="Pause", exact=True).click()
+    frame = playhead.get_attribute("aria-valuenow") or ""
+    page.wait_for_url(re.compile(rf"[?&]frame={frame}\b"))
+
+    turn_to(page, "Shape")
+    expect(playhead).to_have_attribute("aria-valuenow", frame)
+    expect(line.get_by_role("img", name=f"view3, frame {frame}")).to_be_visible()
+
+    turn_to(page, "Evaluation")
+    from_a_number_to_its_recording(page)
+    page.wait_for_url(re.compile(r"[?&]recording="))
+    worst = re.findall(r"[?&]recording=(\d+)", page.url)[0]
+    turn_to(page, "Overview")
+    expect(page.get_by_role("group", name=f"Time line of recording {worst}")).to_be_visible(timeout=DEMO_MS)
+    expect(line.get_by_role("img", name=re.compile("^view"))).to_have_count(3)

@@ -108,18 +108,6 @@ def test_every_click_is_an_event(page: Page) -> None:
     text(page, "index 42 clicks 2")
 
 
-def test_keys_step_except_in_an_input(page: Page) -> None:
-    for _ in range(30):
-        page.keyboard.down("ArrowRight")
-    page.keyboard.up("ArrowRight")
-    page.keyboard.press("ArrowLeft")
-    text(page, "index 29 clicks 0")
-    page.get_by_role("textbox", name="Name").press("ArrowRight")
-    page.get_by_role("slider", name="Height").press("ArrowRight")
-    text(page, "height 61 ")
-    text(page, "index 29 clicks 0")
-
-
 def test_plotly_comes_from_the_app_and_colours_follow_the_theme(page: Page, address: str) -> None:
     urls = page.evaluate("performance.getEntriesByType('resource').map((entry) => entry.name)")
     assert [url for url in urls if not url.startswith((address, "data:", "blob:"))] == []

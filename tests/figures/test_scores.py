@@ -36,16 +36,10 @@ def test_the_best_frame_is_marked():
     assert (star.x, star.y, star.marker.symbol) == ((4,), (1400,), "star")
 
 
-def test_the_frame_that_is_looked_at_is_a_line_from_bottom_to_top():
-    [cursor] = score_figure(BEST, frame=1).layout.shapes
-    assert (cursor.x0, cursor.x1, cursor.y0, cursor.y1, cursor.yref) == (1, 1, 0, 1, "y domain")
-    assert len(score_figure(BEST).layout.shapes) == 0
-
-
 def test_no_best_frame_and_no_inspected_frame_are_drawn_too():
     none = BestFrame(PAIR, None, "none", SCORES[1:2], "none of 1 inspected frames shows a container in both")
     assert not any("best" in name for name in traces(score_figure(none)))
-    empty = score_figure(BestFrame(PAIR, None, "none", (), "no inspected frame"), frame=3)
+    empty = score_figure(BestFrame(PAIR, None, "none", (), "no inspected frame"))
     assert [trace.x for trace in empty.data] == [()] * 4
 
 

@@ -182,13 +182,6 @@ def test_ranges_of_the_papers_crops_are_shown():
     assert [end for shape in shapes for end in (shape.x0, shape.x1)] == pytest.approx([0, 0.8, 1.2, 2.0])
 
 
-def test_the_chosen_moment_is_a_line_through_all_panels():
-    figure = timeline_figure(made_picture(), channel="", cursor=(1.5, "frame 45"))
-    line = figure.layout.shapes[-1]
-    assert (line.x0, line.x1, line.y0, line.y1, line.yref) == (1.5, 1.5, 0, 1, "paper")
-    assert texts(figure)[-1] == "frame 45"
-
-
 def test_noise_does_not_fill_the_waveforms_axis():
     picture = made_picture()
     silent = replace(picture, low=0 * picture.low, high=0 * picture.high)

@@ -13,7 +13,7 @@ from corsmal.errors import ArgumentError
 from corsmal.ui.linked_plot import Click, PlotEvent, Slider, Span, plotly_route
 from corsmal.ui.linked_plot.assets import PLOTLY_URL
 from corsmal.ui.linked_plot.component import figure_json
-from corsmal.ui.linked_plot.events import PRESSES_MAX, parse_event
+from corsmal.ui.linked_plot.events import parse_event
 
 SCRIPT = """
 import plotly.graph_objects as go
@@ -69,8 +69,8 @@ def test_first_run_has_no_event() -> None:
 
 
 def test_a_report_is_one_event() -> None:
-    test = run({"sequence": 1, "values": {"a": 7}, "settled": False, "key": {"key": "End", "count": 2}})
-    assert event_of(test) == PlotEvent(key=("End", 2), values={"a": 7}, settled=False)
+    test = run({"sequence": 1, "values": {"a": 7}, "settled": False})
+    assert event_of(test) == PlotEvent(values={"a": 7}, settled=False)
     assert event_of(test.run()) == PlotEvent()
 
 
@@ -84,9 +84,8 @@ def test_the_browser_learns_which_report_was_answered() -> None:
 
 def test_parse_reads_every_kind() -> None:
     click = {"x": 1, "y": "b", "curve": 2, "customdata": [3]}
-    event = parse_event({"click": click, "key": {"key": "End", "count": 10**9}})
+    event = parse_event({"click": click})
     assert event.click == Click(x=1, y="b", curve=2, customdata=[3])
-    assert event.key == ("End", PRESSES_MAX)
     assert event.settled
 
 
@@ -96,8 +95,6 @@ def test_parse_reads_every_kind() -> None:
         {"values": [1]},
         {"values": {"a": "x"}},
         {"values": {"a": float("nan")}},
-        {"key": {"key": "End"}},
-        {"key": {"key": "End", "count": float("inf")}},
         {"click": {"x": 1}},
         {"click": 3},
     ],

@@ -9,8 +9,9 @@ from starlette.applications import Starlette
 from streamlit.web.server.app_discovery import discover_asgi_app
 
 from corsmal.dataset import open_dataset
-from corsmal.ui.routes import DATASETS_MAX, PAGE_PATHS, routes, thumbnail_urls
-from tests.tiny import write_tiny_dataset
+from corsmal.ui.playback import Playback
+from corsmal.ui.routes import DATASETS_MAX, PAGE_PATHS, PLAYBACKS_MAX, playback_url, routes, thumbnail_urls
+from tests.tiny import FRAMES, write_tiny_dataset
 
 APP = Path(__file__).resolve().parents[2] / "app.py"
 
@@ -69,7 +70,7 @@ def test_a_recording_whose_video_is_broken_has_no_picture(tmp_path):
     (root / "view3" / "rgb" / "000000.mp4").write_bytes(b"no video")
     [url] = thumbnail_urls(open_dataset(root), ["000000"])
     status, _, body = get(url)
-    assert (status, body) == (404, b"no picture")
+    assert (status, body) == (404, b"nothing to show")
 
 
 def test_datasets_that_were_not_shown_for_long_are_forgotten(dataset, tmp_path):
@@ -83,6 +84,50 @@ def test_datasets_that_were_not_shown_for_long_are_forgotten(dataset, tmp_path):
     assert get(first)[0] == 200
     thumbnail_urls(dataset, ["000000"])
     assert get(first)[0] == 404
+
+
+@pytest.fixture
+def url(dataset):
+    """Where a recording of which one view lacks is played."""
+    recording = dataset["000001"]
+    videos = {name: recording.views[name].video() for name in ("view1", "view3")}
+    return playback_url(Playback(recording, videos, {}, "none"), "a test's")
+
+
+def test_pictures_of_a_recording_that_a_page_showed_are_served(url):
+    pictures = set()
+    for view in ("view1", "view3"):
+        for frame in (0, FRAMES - 1):
+            status, headers, body = get(f"{url}{view}/{frame}.jpg")
+            assert (status, headers["content-type"]) == (200, "image/jpeg")
+            assert cv2.imdecode(np.frombuffer(body, np.uint8), cv2.IMREAD_COLOR).shape == (360, 640, 3)
+            pictures.add(body)
+    assert len(pictures) == 4
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        *(f"view1/{frame}.jpg" for frame in (FRAMES, -1, "x", 10**30)),
+        *(f"sound/{channel}.wav" for channel in (0, 9, -1)),
+        "view2/0.jpg",
+        "../0.jpg",
+    ],
+)
+def test_a_picture_or_sound_that_is_not_there_is_not_found(url, path):
+    assert get(url + path)[0] == 404
+
+
+def test_a_recording_that_no_page_showed_is_not_played(url):
+    assert get(url.replace(url.split("/")[2], "0" * 32) + "view1/0.jpg")[0] == 404
+
+
+def test_recordings_that_were_not_shown_for_long_are_not_played_any_more(url, dataset):
+    for number in range(PLAYBACKS_MAX - 1):
+        playback_url(Playback(dataset["000001"], {}, {}, "none"), number)
+    assert get(f"{url}view1/0.jpg")[0] == 200
+    playback_url(Playback(dataset["000001"], {}, {}, "none"), "one more")
+    assert get(f"{url}view1/0.jpg")[0] == 404
 
 
 def test_plotly_comes_from_this_machine():

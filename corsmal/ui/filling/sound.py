@@ -3,13 +3,12 @@
 The functions raise a ``CorsmalError`` where the sound or the network is missing or cannot be read.
 """
 
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from corsmal.dataset import Audio
 from corsmal.digests import file_fingerprint
-from corsmal.errors import CorsmalError, FileError
+from corsmal.errors import FileError
 from corsmal.figures.sound import SoundPicture, sound_picture
 from corsmal.filling import FillingPrediction
 from corsmal.ui import media, shared
@@ -114,15 +113,6 @@ def windows(opened: OpenedRecording) -> list[FillingPrediction]:
     window = max(1, round(WINDOW_S / given.row_s))
     hop = max(HOP_MIN, -(-(given.values.shape[1] - window) // WINDOWS_MAX))
     return predictor().predict_windows(given.values, window=window, hop=hop, steps_s=given.row_s)
-
-
-def frame_clock(opened: OpenedRecording) -> tuple[int, float] | None:
-    """How many frames a recording has, and frames per second; None without a video that can be read."""
-    for view in ("view3", "view1", "view2", "view4"):
-        with suppress(CorsmalError):
-            video = opened.video(view)
-            return video.frame_count, video.fps
-    return None
 
 
 def crop_rows(crop_s: Seconds, *, row_s: float, total: int) -> tuple[int, int]:

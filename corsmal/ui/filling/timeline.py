@@ -1,16 +1,11 @@
 """The sound on a time axis: the crop that the network hears, the frame that is shown, the microphone that is played."""
 
-from contextlib import suppress
-
 import streamlit as st
 
 from corsmal.dataset.audio import CHANNELS
-from corsmal.errors import CorsmalError
-from corsmal.figures import jpeg
 from corsmal.figures.sound import SoundPicture
 from corsmal.figures.timeline import timeline_figure
 from corsmal.filling import FillingPrediction
-from corsmal.parameters import FRONTAL_VIEW
 from corsmal.ui import media, session
 from corsmal.ui.filling import sound
 from corsmal.ui.linked_plot import PlotEvent, Span, linked_plot
@@ -20,8 +15,6 @@ TIMELINE = "timeline"
 STEP_S = 0.05
 CROP_MIN_S = 0.25
 """Less than this is a click."""
-
-FRAME_WIDTH_PX = 480
 
 PLAYED, CHANNEL = "played_crop", "channel_control"
 ALL = -1
@@ -47,34 +40,12 @@ def followed_crop(event: PlotEvent, picture: SoundPicture) -> sound.Seconds | No
     return crop_s
 
 
-def followed_frame(event: PlotEvent, clock: tuple[int, float] | None) -> tuple[float, str] | None:
-    """The moment of the chosen frame, s, and its name, after a click on the timeline; None where there is none."""
-    if clock is None:
-        return None
-    frames, fps = clock
-    if event.click is not None and isinstance(event.click.x, int | float):
-        session.choose(frame=min(max(round(event.click.x * fps), 0), frames - 1))
-    frame = session.choice().frame
-    return None if frame is None else (frame / fps, f"frame {frame}")
-
-
-def frame_picture(opened: OpenedRecording, cursor: tuple[float, str] | None) -> None:
-    """What the frontal view shows at the chosen moment."""
-    frame = session.choice().frame
-    if cursor is None or frame is None:
-        return
-    with suppress(CorsmalError):  # the Frames page says what is wrong with a video
-        st.image(jpeg(opened.image(FRONTAL_VIEW, frame), width=FRAME_WIDTH_PX))
-        st.caption(f"{FRONTAL_VIEW}, {cursor[1]}, {cursor[0]:.2f} s")
-
-
 def timeline(
     picture: SoundPicture,
     *,
     opened: OpenedRecording,
     prediction: FillingPrediction | None,
     crop_s: sound.Seconds | None,
-    cursor: tuple[float, str] | None,
 ) -> None:
     """The sound, the attention and the sliding window on one axis, with the handles of the crop."""
     figure = timeline_figure.parts(
@@ -82,7 +53,6 @@ def timeline(
         channel=media.channel_name(session.choice().channel),
         prediction=prediction,
         windows=[] if prediction is None else sound.windows(opened),
-        cursor=cursor,
     )
     end_s, cropped = _end_s(picture), figure["layout"]["meta"]["cropped"]
     linked_plot(
@@ -102,6 +72,7 @@ def timeline(
             domain=(cropped[-1][0], 1.0),
             faded=cropped,
         ),
+        frame_on_x=opened.seconds_per_frame,
         revision=opened.id,
     )
     st.caption(

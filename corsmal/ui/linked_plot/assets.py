@@ -19,9 +19,9 @@ def plotly_route() -> Route:
     return Route(PLOTLY_URL, _plotly_js)
 
 
-def read_asset(name: str) -> str:
-    """The text of a file that lies beside this one."""
-    return (HERE / name).read_text(encoding="utf-8")
+def read_asset(name: str, *, folder: Path = HERE) -> str:
+    """The text of a file that lies beside this one, or in the folder of another component."""
+    return (folder / name).read_text(encoding="utf-8")
 
 
 async def _plotly_js(_request: Request) -> FileResponse:

@@ -33,7 +33,7 @@ ARRAY_TYPES = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")
 _component = st.components.v2.component(
     "corsmal.linked_plot",
     css=read_asset("linked_plot.css"),
-    js=read_asset("linked_plot.js") + read_asset("span.js"),
+    js="".join(map(read_asset, ("linked_plot.js", "reports.js", "span.js", "cursor.js"))),
     isolate_styles=False,
 )
 
@@ -46,7 +46,7 @@ def linked_plot(
     height_px: int = 480,
     sliders: Sequence[Slider] = (),
     span: Span | None = None,
-    keys: Sequence[str] = (),
+    frame_on_x: float | None = None,
     revision: str = "",
 ) -> None:
     """Show a figure that keeps its camera and reports what the user does with it.
@@ -61,8 +61,8 @@ def linked_plot(
         height_px: height of the figure without the range inputs.
         sliders: range inputs under the figure.
         span: two handles on the figure's x-axis.
-        keys: keys, named as in ``KeyboardEvent.key``, that are reported wherever they are pressed on the page
-            except in an input.
+        frame_on_x: the length of one frame on the x-axis: a line marks where the page's time line stands, and a click
+            on a point goes to its frame instead of being reported.
         revision: camera, zoom and hidden traces stay while this stays the same.
 
     Raises:
@@ -81,20 +81,20 @@ def linked_plot(
             "height": height_px,
             "sliders": [asdict(slider) for slider in sliders],
             "span": None if span is None else asdict(span),
-            "keys": list(keys),
+            "frame_on_x": frame_on_x,
             "revision": revision or key,
-            "acknowledged": st.session_state.get(_acknowledged_key(key), 0),
+            "acknowledged": acknowledged(key),
             "plotly_url": PLOTLY_URL,
         },
-        on_report_change=_no_callback,
+        on_report_change=no_callback,
     )
 
 
 def plot_event(key: str) -> PlotEvent:
-    """What the user did to a linked plot since its last run.
+    """What the user did to a linked plot, or to the time line, since its last run.
 
     Args:
-        key: the plot's key.
+        key: its key.
 
     Returns:
         The event, once; an empty one when this run has another cause, or the event was handed out before.
@@ -104,10 +104,16 @@ def plot_event(key: str) -> PlotEvent:
     """
     report: dict[str, Any] = (st.session_state.get(key) or {}).get("report") or {}
     sequence = report.get("sequence", 0)
-    if sequence <= st.session_state.get(_acknowledged_key(key), 0):
+    if sequence <= acknowledged(key):
         return PlotEvent()
     st.session_state[_acknowledged_key(key)] = sequence
     return parse_event(report)
+
+
+def acknowledged(key: str) -> int:
+    """The number of the last report that ``plot_event`` handed out."""
+    number: int = st.session_state.get(_acknowledged_key(key), 0)
+    return number
 
 
 def _acknowledged_key(key: str) -> str:
@@ -136,5 +142,5 @@ def _packed(value: Any) -> Any:
     return packed | ({"shape": ", ".join(map(str, value.shape))} if value.ndim > 1 else {})
 
 
-def _no_callback() -> None:
+def no_callback() -> None:
     """Streamlit names a component's state by its callbacks; the run itself is all that is wanted."""

@@ -1,4 +1,4 @@
-"""What goes into a linked plot and what comes out of it: range inputs, spans, clicks, keys."""
+"""What goes into a linked plot and what comes out of it: range inputs, spans, clicks."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,9 +6,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from corsmal.errors import ArgumentError
-
-PRESSES_MAX = 1000
-"""More presses than a held key gives between two answers; a larger number can only be made up."""
 
 
 @dataclass(frozen=True)
@@ -102,18 +99,16 @@ class Click:
 
 @dataclass(frozen=True)
 class PlotEvent:
-    """What the user did to a linked plot since its last run.
+    """What the user did to a linked plot, or to the time line, since its last run.
 
     Args:
         click: the point that was clicked, only in the run that the click caused.
-        key: the key that was pressed and how often, likewise.
         values: values of the range inputs and ends of the span that the user moved, by name, likewise.
-        settled: False while a range input or a handle is being dragged or a key is held: more is coming, keep slow
+        settled: False while something is being dragged, a key is held or frames are played: more is coming, keep slow
             work for later.
     """
 
     click: Click | None = None
-    key: tuple[str, int] | None = None
     values: Mapping[str, float] = field(default_factory=dict)
     settled: bool = True
 
@@ -128,10 +123,9 @@ def parse_event(report: Mapping[str, Any]) -> PlotEvent:
         ArgumentError: it is not of that form.
     """
     try:
-        key, values = report.get("key"), report.get("values") or {}
+        values = report.get("values") or {}
         event = PlotEvent(
             click=_click(report["click"]) if report.get("click") else None,
-            key=(str(key["key"]), min(max(int(key["count"]), 1), PRESSES_MAX)) if key else None,
             values={str(name): float(value) for name, value in values.items()},
             settled=bool(report.get("settled", True)),
         )

@@ -1,20 +1,7 @@
-// One Plotly figure with range inputs under it. The server owns every value: the browser reports what the user did,
-// at most one report at a time, and shows what the server answers.
+// One Plotly figure with range inputs under it.
 
-const REPORT_TIMEOUT_MS = 2000; // an answer may get lost (a run that failed): then the next report goes out anyway
-const OWN_KEYS =
-  "input, textarea, select, audio, video, [contenteditable]:not([contenteditable='false']), [role='slider'], [role='tab'], " +
-  "[role='radio'], [role='grid'], [role='listbox'], [role='combobox'], [role='menu'], [role='spinbutton'], [role='textbox']";
-
-const plots = new WeakMap();
-
-export default function mount({ data, parentElement, setStateValue }) {
-  if (!plots.has(parentElement)) plots.set(parentElement, new LinkedPlot(parentElement));
-  const plot = plots.get(parentElement);
-  plot.send = (report) => setStateValue("report", report);
-  plot.update(data);
-  // Streamlit also calls this for renders that a newer one overtook; only leaving the page counts.
-  return () => setTimeout(() => parentElement.isConnected || plot.remove());
+export default function mount(component) {
+  return mountAs(LinkedPlot, component);
 }
 
 function loadPlotly(url) {
@@ -31,13 +18,6 @@ function loadPlotly(url) {
   return window.corsmalPlotly;
 }
 
-function element(tag, className, parent, attributes = {}) {
-  const node = Object.assign(document.createElement(tag), attributes);
-  node.className = className;
-  parent.append(node);
-  return node;
-}
-
 class LinkedPlot {
   constructor(parent) {
     this.root = element("div", "linked-plot", parent, { role: "group" });
@@ -45,44 +25,34 @@ class LinkedPlot {
     this.bar = element("div", "linked-plot-sliders", this.root);
     this.span = null; // the handles, once a figure has some
     this.sliders = new Map();
-    this.sequence = 0; // of the last report sent
-    this.waiting = false; // for its answer
-    this.pending = null; // what happened since
-    this.pendingKeys = [];
+    this.reports = new Reports(this.root);
+    this.cursor = new PlayheadCursor(this);
     this.drawn = ""; // the figure, its size and its colours, as last given to Plotly
     this.queue = Promise.resolve();
-    this.keyHeld = false;
-    this.onKey = (event) => this.pressKey(event);
-    this.onRelease = () => this.releaseKeys();
-    document.addEventListener("keydown", this.onKey);
-    document.addEventListener("keyup", this.onRelease);
-    window.addEventListener("blur", this.onRelease);
     const fit = () => this.ready && this.figure.clientWidth > 0 && window.Plotly.Plots.resize(this.figure);
     this.resizer = new ResizeObserver(fit);
     this.resizer.observe(this.figure);
   }
 
   remove() {
-    document.removeEventListener("keydown", this.onKey);
-    document.removeEventListener("keyup", this.onRelease);
-    window.removeEventListener("blur", this.onRelease);
     this.resizer.disconnect();
-    clearTimeout(this.timer);
+    this.cursor.remove();
+    this.reports.end();
     if (this.ready) window.Plotly.purge(this.figure);
     this.root.remove();
   }
 
   update(data) {
     this.data = data;
-    this.sequence = Math.max(this.sequence, data.acknowledged);
+    const settled = this.reports.follow(data.acknowledged);
     this.root.setAttribute("aria-label", data.label);
     this.figure.style.height = `${data.height}px`;
-    this.updateSliders();
+    this.updateSliders(settled);
     // Drawn one after the other, and only the newest: answers that come faster than Plotly draws are skipped.
     this.queue = this.queue.then(async () => {
       if (data !== this.data) return;
       await this.draw(data);
-      this.acknowledge(data.acknowledged);
+      this.reports.acknowledge(data.acknowledged);
     });
   }
 
@@ -101,7 +71,7 @@ class LinkedPlot {
       await Plotly.react(this.figure, traces, layout, config);
       if (!this.ready) this.listen();
       Object.assign(this, { ready: true, drawn, revision: data.revision });
-      this.span?.place();
+      this.placeOverlays();
     } catch (error) {
       Object.assign(this, { ready: false, drawn: "" });
       this.figure.replaceChildren();
@@ -139,58 +109,24 @@ class LinkedPlot {
     return { layout };
   }
 
-  report(change) {
-    this.pending = { ...this.pending, ...change };
-    this.flush();
-  }
-
-  flush() {
-    if (this.waiting || (!this.pending && !this.pendingKeys.length)) return;
-    const report = { sequence: ++this.sequence, ...this.pending };
-    if (this.pendingKeys.length) report.key = this.pendingKeys.shift();
-    this.pending = null;
-    this.waiting = true;
-    this.timer = setTimeout(() => this.acknowledge(this.sequence), REPORT_TIMEOUT_MS);
-    this.send(report);
-  }
-
-  acknowledge(sequence) {
-    this.root.dataset.acknowledged = sequence;
-    if (sequence < this.sequence) return;
-    clearTimeout(this.timer);
-    this.waiting = false;
-    this.flush();
-  }
-
   listen() {
-    this.figure.on("plotly_click", (event) => this.report({ click: clickOf(event.points[0]) }));
-    this.figure.on("plotly_afterplot", () => this.span?.place());
+    this.figure.on("plotly_click", ({ points: [point] }) => {
+      if (!this.cursor.follow(point.x)) this.reports.add({ click: clickOf(point) });
+    });
+    this.figure.on("plotly_afterplot", () => this.placeOverlays());
   }
 
-  pressKey(event) {
-    if (!this.data?.keys.includes(event.key) || event.defaultPrevented) return;
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(OWN_KEYS)) return;
-    event.preventDefault();
-    const last = this.pendingKeys.at(-1);
-    if (last?.key === event.key) last.count += 1;
-    else this.pendingKeys.push({ key: event.key, count: 1 });
-    this.keyHeld = true;
-    this.report({ settled: false });
+  placeOverlays() {
+    this.span?.place();
+    this.cursor.place();
   }
 
-  releaseKeys() {
-    if (!this.keyHeld) return;
-    this.keyHeld = false;
-    this.report({ settled: true });
-  }
-
-  updateSliders() {
+  updateSliders(settled) {
     const names = this.data.sliders.map((slider) => slider.name);
     if (names.join("\n") !== [...this.sliders.keys()].join("\n")) {
       this.bar.replaceChildren();
       this.sliders = new Map(names.map((name) => [name, this.makeSlider(name)]));
     }
-    const settled = this.data.acknowledged >= this.sequence && !this.pending?.values;
     for (const slider of this.data.sliders) {
       const view = this.sliders.get(slider.name);
       view.label.textContent = slider.label;
@@ -229,7 +165,7 @@ class LinkedPlot {
   move(name, value, settled) {
     const slider = this.data.sliders.find((one) => one.name === name);
     this.show(this.sliders.get(name), value, slider.unit);
-    this.report({ values: { ...this.pending?.values, [name]: value }, settled });
+    this.reports.add({ values: { [name]: value }, settled });
   }
 
   show(view, value, unit) {

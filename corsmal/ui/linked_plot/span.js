@@ -27,7 +27,7 @@ class SpanHandles {
       this.pressed = true;
     };
     node.onkeyup = node.onblur = () => {
-      if (this.pressed) this.plot.report({ settled: true });
+      if (this.pressed) this.plot.reports.add({ settled: true });
       this.pressed = false;
     };
     return node;
@@ -52,7 +52,7 @@ class SpanHandles {
       if (!from) return;
       from = null;
       this.held = false;
-      this.plot.report({ settled: true });
+      this.plot.reports.add({ settled: true });
     };
   }
 
@@ -66,7 +66,7 @@ class SpanHandles {
     this.values = values;
     this.place();
     const changed = Object.fromEntries(sides.map((side) => [names[side], values[side]]));
-    this.plot.report({ values: { ...this.plot.pending?.values, ...changed }, settled: false });
+    this.plot.reports.add({ values: changed, settled: false });
   }
 
   update(span, settled) {

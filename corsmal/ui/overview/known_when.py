@@ -110,6 +110,7 @@ def _curves(opened: OpenedRecording, found: Estimate, known: Sequence[Moment]) -
         key="overview_known_when",
         label=f"What was known when, recording {opened.id}",
         height_px=figure["layout"]["height"],
+        frame_on_x=opened.seconds_per_frame,
         revision=opened.id,
     )
     since = [f"{ANSWERS[name]} from {moment_s:.1f} s" for name, moment_s in known_since_s(known).items()]
@@ -128,7 +129,6 @@ def _picture(opened: OpenedRecording) -> SoundPicture | None:
 
 def _best(opened: OpenedRecording, found: Estimate) -> tuple[float, str] | None:
     """The moment of the fitted frame, and its name."""
-    clock = sound.frame_clock(opened)
-    if found.fit is None or found.fit.frame is None or clock is None or not clock[1]:
+    if found.fit is None or found.fit.frame is None or not opened.fps:
         return None
-    return found.fit.frame / clock[1], f"frame {found.fit.frame}"
+    return found.fit.frame / opened.fps, f"frame {found.fit.frame}"

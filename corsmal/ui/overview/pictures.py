@@ -8,36 +8,29 @@ from corsmal.figures import hull_figure
 from corsmal.figures.answer import answer_figure
 from corsmal.figures.restoration import restored_figure
 from corsmal.mass import restore_mask
-from corsmal.parameters import FRONTAL_VIEW
+from corsmal.parameters import FRONTAL_VIEW, PAIRS
 from corsmal.ui import session
 from corsmal.ui.filling import sound
 from corsmal.ui.filling.answer import HEADS
 from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import guarded, plain
-from corsmal.ui.opened import OpenedRecording
+from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.overview.tiles import page_link
+from corsmal.ui.time_line import time_line
 
-VIEWS = {"view1": "left of the robot", "view3": "frontal", "view2": "right of the robot"}
 HEIGHT_PX = 330
 
 
 def views(opened: OpenedRecording, found: Estimate) -> None:
-    """The three views at the best frame, with their masks."""
-    best = found.best_frame
-    frame = 0 if best is None or best.frame is None else best.frame
-    names = [name for name in VIEWS if name in opened.recording.views]
-    label = f"Frame {frame}: none is the best yet" if best is None else f"Best frame {frame}{_time(opened, frame)}"
-    page_link(label, "frames", found)
-    for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
-        with column, guarded():
-            st.image(opened.picture(name, frame, "none" if best is None else best.centre_rule), width="stretch")
-            used = "" if found.fit is None or name not in found.fit.pair else ", of the pair"
-            st.caption(f"**{name}**, {VIEWS[name]}{used}")
+    """The three views with their masks, at first at the best frame."""
+    best = found.best_frame or opened.best_frame(PAIRS[0], session.choice().estimated_shape)
+    at = "none is the best yet" if best.frame is None else f"{best.frame} is the best{_time(opened, best.frame)}"
+    page_link(f"Frames: {at}", "frames", found)
+    show_panel(lambda opened: time_line(opened, best, is_large=True), opened)
 
 
 def _time(opened: OpenedRecording, frame: int) -> str:
-    clock = sound.frame_clock(opened)
-    return "" if clock is None or not clock[1] else f", {frame / clock[1]:.2f} s"
+    return f", {frame / opened.fps:.2f} s" if opened.fps else ""
 
 
 def hull(opened: OpenedRecording, found: Estimate) -> None:

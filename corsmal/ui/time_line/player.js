@@ -1,0 +1,110 @@
+// Plays the frames by the clock, and the sound with them.
+
+const FPS_UNKNOWN = 30;
+const DRIFT_S = 0.15; // the sound is moved when it is off by more
+const MUTED = "corsmal-muted";
+
+class Player {
+  constructor(timeLine) {
+    this.timeLine = timeLine;
+    this.isPlaying = false;
+    this.speed = 1;
+    this.audio = element("audio", "", timeLine.root, { hidden: true, preload: "none" });
+    this.audio.muted = localStorage.getItem(MUTED) === "true";
+  }
+
+  remove() {
+    this.stop({ quietly: true });
+    URL.revokeObjectURL(this.audio.src);
+  }
+
+  update(data) {
+    this.fps = data.fps || FPS_UNKNOWN;
+    if (this.sound === data.sound) return;
+    this.sound = data.sound;
+    this.audio.pause();
+    URL.revokeObjectURL(this.audio.src);
+    this.audio.removeAttribute("src");
+    if (this.isPlaying) this.playSound();
+  }
+
+  toggle() {
+    if (this.isPlaying) this.stop();
+    else this.play();
+  }
+
+  play() {
+    const { timeLine } = this;
+    if (timeLine.wanted >= timeLine.data.frames - 1) timeLine.wanted = 0;
+    this.isPlaying = true;
+    this.begin();
+    this.playSound();
+    timeLine.bar.showPlaying(true);
+    timeLine.showWanted();
+  }
+
+  stop({ quietly = false } = {}) {
+    if (!this.isPlaying) return;
+    this.isPlaying = false;
+    cancelAnimationFrame(this.ticking);
+    this.audio.pause();
+    this.timeLine.bar.showPlaying(false);
+    if (quietly) return;
+    this.timeLine.wanted = this.timeLine.frame ?? this.timeLine.wanted;
+    this.timeLine.settle();
+  }
+
+  setSpeed(speed) {
+    this.speed = speed;
+    this.audio.playbackRate = speed;
+    if (this.isPlaying) this.begin();
+  }
+
+  setMuted(muted) {
+    this.audio.muted = muted;
+    localStorage.setItem(MUTED, muted);
+  }
+
+  // Count the clock from here.
+  begin() {
+    this.from = { frame: this.timeLine.wanted, ms: performance.now() };
+    cancelAnimationFrame(this.ticking);
+    this.ticking = requestAnimationFrame(() => this.tick());
+  }
+
+  tick() {
+    if (!this.isPlaying) return;
+    const { timeLine, from } = this;
+    const last = timeLine.data.frames - 1;
+    const frame = from.frame + ((performance.now() - from.ms) / 1000) * this.fps * this.speed;
+    timeLine.wanted = Math.min(Math.floor(frame), last);
+    if (frame > last + 1 && timeLine.frame === last) {
+      this.stop();
+      return;
+    }
+    this.keepSound(Math.min(frame, last) / this.fps);
+    timeLine.showWanted();
+    this.ticking = requestAnimationFrame(() => this.tick());
+  }
+
+  async playSound() {
+    const { sound } = this;
+    if (!sound) return;
+    if (!this.audio.src) {
+      // whole: without ranges browsers seek in nothing else
+      const whole = await fetch(sound).then((reply) => (reply.ok ? reply.blob() : null), () => null).catch(() => null);
+      if (!whole || this.sound !== sound) return;
+      this.audio.src = URL.createObjectURL(whole);
+    }
+    if (!this.isPlaying) return;
+    this.audio.playbackRate = this.speed;
+    this.audio.currentTime = this.timeLine.wanted / this.fps;
+    this.audio.play().catch(() => {}); // refused by the browser, or paused again: the pictures play without
+  }
+
+  keepSound(nowS) {
+    const { audio } = this;
+    if (audio.paused || audio.seeking || nowS >= audio.duration) return;
+    if (Math.abs(audio.currentTime - nowS) > DRIFT_S * Math.max(1, this.speed)) audio.currentTime = nowS;
+  }
+}
