@@ -1,5 +1,6 @@
 """Detection that begins by itself: where, when it stops, and what a visitor sees of it."""
 
+import shutil
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 
 import corsmal.detection
 from corsmal.dataset import open_dataset
+from corsmal.demo.opening import PACK
 from corsmal.detection import Detections
 from corsmal.parameters import METHOD_VIEWS, PAIRS
 from corsmal.stages.settings import find_detector
@@ -62,7 +64,7 @@ def synthetic(real: Path) -> Path:
     """The same, as if they were rendered."""
     (real / "truth").mkdir()
     for recording in ("000000", "000001", "000002"):
-        (real / "truth" / f"{recording}.json").write_text("{}")
+        shutil.copy(PACK / "recordings" / "truth" / "000000.json", real / "truth" / f"{recording}.json")
     return real
 
 
