@@ -37,7 +37,8 @@ if clicked is not None and rows.index[clicked] != recording.id:
     st.rerun()
 
 st.subheader(f"Recording {recording.id}")
-watch_detection(OpenedRecording(recording))
+opened = OpenedRecording(recording)
+watch_detection(opened)
 if recording.missing:
     st.warning(f"Missing: {', '.join(recording.missing)}.", icon=":material/inventory_2:")
 names = [name for name in TITLES if name in recording.views]
@@ -50,4 +51,4 @@ if recording.audio_path is not None:
         left, right = st.columns([1, 3], vertical_alignment="bottom")
         channels = [None, *range(CHANNELS)]
         channel = left.selectbox("Microphone", channels, format_func=media.channel_name, key="channel")
-        right.audio(sound.wav(OpenedRecording(recording), channel, None))
+        right.audio(sound.wav(opened, channel, None))

@@ -82,7 +82,10 @@ def test_no_annotation(root: Path) -> None:
     visitor = Visitor(root)
     assert visitor.count("video") == 3
     assert_says(visitor, "no annotation was found", str(root))
-    assert {metric.delta for metric in visitor.open("shape").test.metric} == {"no annotation"}
+    visitor.open("shape")
+    assert [line.strip() for line in visitor.sentences.splitlines() if line.startswith("no annotation  ")] == 4 * [
+        "no annotation"
+    ]
 
 
 def test_annotation_that_is_no_json(root: Path) -> None:
@@ -96,9 +99,10 @@ def test_annotation_with_a_missing_column(root: Path) -> None:
     change_annotation(root, lambda row: row.pop("container capacity"))
     visitor = Visitor(root)
     assert_says(visitor, ANNOTATION, "no column 'container capacity'")
-    deltas = {metric.label: metric.delta for metric in visitor.open("shape").test.metric}
-    assert deltas["Capacity"] == "no annotation"
-    assert deltas["Height"].endswith("% of 119 mm")
+    visitor.open("shape")
+    notes = [line for line in visitor.sentences.splitlines() if line.startswith(("annotated", "no annotation  "))]
+    assert notes[0].strip() == "no annotation"
+    assert notes[3].startswith("annotated 119 mm, error ")
 
 
 @pytest.mark.parametrize("key", ["container capacity", "container id", "filling type"])

@@ -82,7 +82,7 @@ def test_recording_without_a_view_its_sound_and_its_calibration(root: Path, cali
     assert pages["recordings"].warnings == ["Missing: view1 calibration, view2 video, audio."]
     assert (pages["recordings"].videos, pages["recordings"].sounds) == (2, 0)
     assert pages["frames"].pictures == 2
-    assert f"{calibration}: the calibration of view1 is missing" in pages["shape"].errors[0]
+    assert f"{calibration}: the calibration of view1 is missing" in pages["shape"].sentences
     assert "reprojection_view3" in pages["shape"].plots
 
 
@@ -93,7 +93,7 @@ def test_pair_that_can_be_fitted_is_the_one_shown_until_another_is_chosen(root: 
     assert "pair" not in visitor.address
     assert {"reprojection_view3", "reprojection_view2"} <= set(visitor.plots)
     visitor.choose("pair_control", ("view3", "view1"))
-    assert f"{calibration}: the calibration of view1 is missing" in visitor.errors[0]
+    assert f"{calibration}: the calibration of view1 is missing" in visitor.sentences
     assert visitor.address["pair"] == "view3-view1"
 
 
@@ -112,7 +112,7 @@ def test_video_that_is_cut_off(root: Path, video: Path, size: int) -> None:
 def test_views_of_different_length(root: Path, video: Path) -> None:
     write_video(video, [np.full((*SIZE[::-1], 3), 128, dtype=np.uint8)] * 3)
     visitor = Visitor(root).open("frames")
-    assert "image_id" in visitor.warnings[0]
+    assert "image_id" in visitor.sentences
     visitor.go_to(5)
     assert visitor.crashes == []
     assert visitor.address["frame"] == "5"
@@ -154,8 +154,8 @@ def test_calibration_that_tries_to_run_code(root: Path, calibration: Path, tmp_p
     assert OTHER_PAIR in pages["frames"].metrics
     assert "Capacity" in pages["shape"].metrics
     asked = look(root, **FIRST_PAIR)
-    assert f"{calibration}: holds something other than plain numbers" in asked["shape"].errors[0]
-    assert "nothing in it was run" in asked["shape"].errors[0]
+    assert f"{calibration}: holds something other than plain numbers" in asked["shape"].sentences
+    assert "nothing in it was run" in asked["shape"].sentences
     assert "Best frame of view3 + view1" in asked["frames"].metrics
 
 
@@ -167,7 +167,7 @@ def test_calibration_with_a_nan(root: Path, calibration: Path, part: str) -> Non
     write_calibration(calibration, SimpleNamespace(**parts))  # type: ignore[arg-type]
     assert "Capacity" in look(root)["shape"].metrics
     seen = look(root, **FIRST_PAIR)["shape"]
-    assert f"{calibration}: is no usable calibration: {part} must be finite" in seen.errors[0]
+    assert f"{calibration}: is no usable calibration: {part} must be finite" in seen.sentences
     assert "reprojection_view3" in seen.plots
 
 
@@ -177,7 +177,7 @@ def test_cameras_that_look_along_nearly_parallel_rays(root: Path, calibration: P
     write_calibration(calibration, replace(frontal, translation=moved_m))
     assert "Capacity" in look(root)["shape"].metrics
     seen = look(root, **FIRST_PAIR)["shape"]
-    assert seen.errors[0].startswith("The fit of view3 + view1 in frame 5 failed: ")
+    assert "failed: the views' rays through the mask centroids are nearly parallel" in seen.sentences
 
 
 def test_detections_of_which_some_cannot_be_used(root: Path, detections: Path) -> None:
@@ -223,7 +223,7 @@ def test_mask_without_area(root: Path, detections: Path, rows: slice) -> None:
     assert "Capacity" in pages["shape"].metrics
     asked = look(root, **FIRST_PAIR)
     assert "Best frame of view3 + view1" in asked["frames"].metrics
-    assert asked["shape"].errors[0].startswith("The fit of view3 + view1 in frame 5 failed: ")
+    assert "The fit of view3 + view1 in frame 5 failed: " in asked["shape"].sentences
     is_empty = rows == slice(0, 0)
     assert ("reprojection_view1" not in asked["shape"].plots) == is_empty
     assert ("Nothing to project: view1 has no container in frame 5." in asked["shape"].sentences) == is_empty

@@ -150,7 +150,13 @@ def test_the_recording_opens_with_the_runs_parameters_pair_and_frame(dataset: Da
     select(visitor, 0, cell=(0, "capacity_mape"))
     select(visitor, 1, row=0)
     frame, pair = run.rows[0]["best_frame"], run.rows[0]["pair"].replace(" + ", "-")
-    assert visitor.address == {"recording": "000000", "L": "90", "frame": str(frame), "pair": pair}
+    assert visitor.address == {
+        "recording": "000000",
+        "L": "90",
+        "frame": str(frame),
+        "pair": pair,
+        "estimate": "shown",
+    }
     assert visitor.metrics["Capacity"] == f"{run.rows[0]['capacity_ml']:.0f} mL"
 
 
