@@ -18,7 +18,8 @@ def amount(name: str, value: float) -> str:
 
 def percent_error(value: float, true: float) -> str:
     """A signed error in per cent of the truth."""
-    return f"{100 * (value - true) / true:+.1f} %".replace("-", "−")
+    share = round(100 * (value - true) / true, 1) or 0.0  # no "−0.0"
+    return f"{share:+.1f} %".replace("-", "−")
 
 
 def filling_text(kind: int, level: int) -> str:

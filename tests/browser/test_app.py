@@ -47,7 +47,7 @@ def page(browser_page: Page) -> Page:
 
 def plot(page: Page, label: str) -> Locator:
     figure = page.get_by_role("group", name=label).locator(".linked-plot-figure")
-    expect(figure.locator(".main-svg").first).to_be_visible()
+    expect(figure.locator(".main-svg").first).to_be_visible(timeout=120_000)
     return figure
 
 

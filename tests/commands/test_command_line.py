@@ -102,7 +102,7 @@ def test_detections_are_kept_in_the_store(tiny_dataset_root, detector, cache):
     found = load_detections(open_dataset(tiny_dataset_root)[WITHOUT_FILES], store=Store(cache))
     for view in METHOD_VIEWS:  # 0 and 10, then 5, 3, 2 and 1 beside the best, which is the first of equals
         assert found.views[view].frames == (0, 1, 2, 3, 5, 10)
-    assert "1/1" in result.output
+    assert "1 of 1" in result.output
     seen = detector.seen
     assert RUNNER.invoke(cli.app, command).exit_code == 0
     assert detector.seen == seen

@@ -28,3 +28,4 @@ def test_masses_below_ten_grams_have_a_decimal_and_what_is_missing_is_unknown() 
 def test_lengths_have_a_decimal_and_volumes_none() -> None:
     assert (amount("capacity_ml", 601.4), amount("height_mm", 118.96)) == ("601 mL", "119.0 mm")
     assert percent_error(90.0, 100.0) == "−10.0 %"
+    assert percent_error(99.99, 100.0) == "+0.0 %"
