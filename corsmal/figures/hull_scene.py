@@ -1,5 +1,6 @@
 """What a hull stands in: the table's plane, the cameras with their names, and where one looks from."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -199,5 +200,5 @@ def lines(points_mm: Floats, *, colour: str, width: int, name: str) -> Part:
         "mode": "lines",
         "line": {"color": colour, "width": width},
         "name": name,
-        "uid": name,
+        "uid": re.sub(r"\W+", "-", name),  # a part of a selector of Plotly's
     }

@@ -83,11 +83,11 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
     turn_to(page, "Shape")
     hull = plot(page, HULL)
     camera = hull.evaluate(CAMERA)
-    figures = page.get_by_test_id("stMetricValue")
-    before = figures.all_inner_texts()
+    of_frame = page.get_by_test_id("stCaptionContainer").filter(has_text="this frame")
+    before = of_frame.all_inner_texts()
     page.get_by_role("slider", name="L, circumferences").press("PageUp")
     page.wait_for_url(re.compile(r"[?&]L=\d+"))
-    expect(figures).not_to_have_text(before)
+    expect(of_frame).not_to_have_text(before)
     assert hull.evaluate(CAMERA)["eye"] == pytest.approx(camera["eye"], abs=1e-9)
     pin(page, "the hull", f"Hull of {IDS[0]}")
 
@@ -100,7 +100,7 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
 
     turn_to(page, "Mass")
     plot(page, re.compile("^The mask of view3"))
-    expect(figures.first).to_have_text(re.compile("g$"))
+    expect(page.get_by_test_id("stMetricValue").first).to_have_text(re.compile("g$"))
 
     turn_to(page, "Evaluation")
     from_a_number_to_its_recording(page)

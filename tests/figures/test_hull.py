@@ -1,4 +1,5 @@
 import json
+import re
 from collections import Counter
 from itertools import pairwise
 
@@ -44,6 +45,13 @@ def test_circumferences_are_closed_rings_at_their_radius_and_height():
             np.testing.assert_allclose(from_axis(ring), RADII_MM[index], atol=1e-3)
             np.testing.assert_allclose(ring[:, 2], HEIGHTS_MM[index], atol=1e-3)
     assert found["lower and upper end"].line.width > found["circumferences"].line.width
+
+
+def test_every_identity_of_a_trace_is_a_class_name_as_plotly_looks_for_it():
+    figure = hull_figure(made_hull(), made_dimensions(), cameras=CAMERAS)
+    identities = [trace.uid for trace in figure.data]
+    assert all(re.fullmatch(r"[\w-]+", identity) for identity in identities)
+    assert len(set(identities)) == len(identities)
 
 
 def test_surface_is_closed_and_goes_through_the_converged_circumferences():
