@@ -158,13 +158,13 @@ def plan(dataset: Dataset, settings: ReproductionSettings, tests: Sequence[Datas
         PlannedStep("mass", f"{mass_rounds} networks", mass_rounds * mass_round_s),
         PlannedStep("final networks", "one of each kind on all recordings", epochs * epoch_s + mass_round_s),
     ]
-    for name, test in test_names(tests).items():
+    for name, test in named_tests(tests).items():
         recordings = [recording for recording in test if is_filmed(recording)]
         steps.append(PlannedStep(f"test {name}", f"{len(test)} recordings", _geometry_s(recordings, settings)))
     return [*steps, PlannedStep("tables", "tables, figures, submissions and the report", 20.0)]
 
 
-def test_names(tests: Sequence[Dataset]) -> dict[str, Dataset]:
+def named_tests(tests: Sequence[Dataset]) -> dict[str, Dataset]:
     """The test sets by name: their folders', with a number where folders are named alike.
 
     Raises:

@@ -17,7 +17,7 @@ from corsmal.runs.reproduction_mass import KEY_DIGITS, final_mass_network, ident
 from corsmal.runs.reproduction_notes import filling_notes, mass_notes
 from corsmal.runs.reproduction_results import STOPPED, CancelledError, Results, TestResult
 from corsmal.runs.reproduction_rows import reproduction_rows
-from corsmal.runs.reproduction_settings import ReproductionSettings, is_filmed, test_names
+from corsmal.runs.reproduction_settings import ReproductionSettings, is_filmed, named_tests
 from corsmal.stages.mass_rows import mass_rows
 from corsmal.stages.settings import EstimateSettings
 from corsmal.stages.training_facts import training_record
@@ -67,7 +67,7 @@ class Work:
         weighed = self._mass_rows(geometry)
         mass = self._mass(weighed)
         filling_path, mass_path = self._final_networks(samples, weighed)
-        found = [self._test(name, test, filling_path, mass_path) for name, test in test_names(tests).items()]
+        found = [self._test(name, test, filling_path, mass_path) for name, test in named_tests(tests).items()]
         recordings = self._dataset.table.index
         by_seed = [
             reproduction_rows(

@@ -82,13 +82,14 @@ def test_starts(benchmark: BenchmarkFixture, request: pytest.FixtureRequest, tmp
     executable = shutil.which("chromium")
     if executable is None:
         pytest.skip("no program named chromium on PATH; on Debian: apt-get install chromium")
-    times: dict[str, list[tuple[float, float]]] = {"bare app": [], "app": []}
+    clones = {"bare app": bare_clone, "app": fresh_clone} if benchmark.enabled else {"app": fresh_clone}
+    times: dict[str, list[tuple[float, float]]] = {name: [] for name in clones}
 
     def take_turns() -> None:
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=executable, args=CHROMIUM_FLAGS)
             for number in range(STARTS if benchmark.enabled else 1):
-                for name, clone in (("bare app", bare_clone), ("app", fresh_clone)):
+                for name, clone in clones.items():
                     context = browser.new_context(viewport={"width": 1440, "height": 900})
                     folder = clone(tmp_path / f"{name} {number}")
                     times[name].append(started(folder, context.new_page(), numbers=NUMBERS[name]))

@@ -50,6 +50,13 @@ LOW_CONTRAST = """([least, largeLeast, largePx]) => {
 }"""
 """Texts of a page that stand out too little, with their contrast."""
 
+HAS_THEME = """theme => {
+  const background = getComputedStyle(document.querySelector("[data-testid=stApp]")).backgroundColor;
+  const [red] = background.match(/[\\d.]+/g).map(parseFloat);
+  return (red > 128) === (theme === "light");
+}"""
+"""Whether a theme is in use."""
+
 CUT_OFF = """() => {
   const scrolls = (node) => /auto|scroll/.test(getComputedStyle(node).overflowX);
   const found = [];
@@ -76,10 +83,10 @@ def address(serve: Any, tmp_path_factory: pytest.TempPathFactory) -> str:
     return serve("app.py", env={"CORSMAL_CACHE": str(cache), "CORSMAL_DATA": ""})
 
 
-@pytest.fixture(params=["light", "dark"])
-def themed(request: pytest.FixtureRequest, chromium: Browser) -> Iterator[Page]:
-    """A page as wide as a projector, in a theme."""
-    context = chromium.new_context(viewport={"width": 1024, "height": 768}, color_scheme=request.param)
+@pytest.fixture
+def projected(chromium: Browser) -> Iterator[Page]:
+    """A page as wide as a projector."""
+    context = chromium.new_context(viewport={"width": 1024, "height": 768}, color_scheme="light")
     context.set_default_timeout(FULL_MS)
     yield context.new_page()
     context.close()
@@ -96,13 +103,17 @@ def full(page: Page, url: str) -> None:
     )
 
 
-def test_every_text_stands_out_from_its_background_and_none_is_cut_off(themed: Page, address: str) -> None:
+def test_every_text_stands_out_from_its_background_and_none_is_cut_off(projected: Page, address: str) -> None:
     problems = {}
     for path in PAGES:
-        full(themed, f"{address}/{path}")
-        found = themed.evaluate(LOW_CONTRAST, [CONTRAST_LEAST, LARGE_LEAST, LARGE_PX]) + themed.evaluate(CUT_OFF)
-        if found:
-            problems[path or "overview"] = found
+        projected.emulate_media(color_scheme="light")
+        full(projected, f"{address}/{path}")
+        found = {"cut off": projected.evaluate(CUT_OFF)}
+        for theme in ("light", "dark"):
+            projected.emulate_media(color_scheme=theme)
+            projected.wait_for_function(HAS_THEME, arg=theme)
+            found[theme] = projected.evaluate(LOW_CONTRAST, [CONTRAST_LEAST, LARGE_LEAST, LARGE_PX])
+        problems |= {f"{path or 'overview'}, {what}": texts for what, texts in found.items() if texts}
     assert problems == {}
 
 
