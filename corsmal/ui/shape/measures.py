@@ -14,8 +14,8 @@ from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.messages import plain
 
 POOR_OVERLAP = 0.8
-"""Of the fits of ``tuned`` in 26 frames of recording 000618, the ten that agree less than this with the masks are off by
-14 % on average (mean of the four quantities), the others by 7 %."""
+"""Of the fits of ``tuned`` in 26 frames of 000618, the ten that agree less than this with the masks are off by 14 % on
+average (mean of the four quantities), the others by 7 %."""
 
 
 def annotated(recording: Recording) -> dict[str, float]:
