@@ -9,7 +9,7 @@ from corsmal.ui.filling.answer import answer, predicted, weights_note
 from corsmal.ui.filling.downloads import downloads
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
-from corsmal.ui.pair_and_frame import chosen_best
+from corsmal.ui.pair import chosen_best
 from corsmal.ui.time_line import time_line
 
 st.title("Filling")

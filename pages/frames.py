@@ -6,7 +6,7 @@ from corsmal.parameters import SHAPE_PRESETS
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.frames import detections_tables, picture_pins, score_line, score_plot
 from corsmal.ui.opened import OpenedRecording, show_panel
-from corsmal.ui.pair_and_frame import pair_control
+from corsmal.ui.pair import pair_control
 from corsmal.ui.pins import pin_button
 from corsmal.ui.time_line import ALL_KEYS, time_line
 

@@ -7,7 +7,7 @@ from corsmal.ui.detecting import open_detected
 from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
-from corsmal.ui.pair_and_frame import pair_control
+from corsmal.ui.pair import pair_control
 from corsmal.ui.time_line import time_line
 
 st.title("Mass")

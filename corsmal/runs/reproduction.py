@@ -12,7 +12,7 @@ from corsmal.engines.engine import Engine, in_turn, never
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
 from corsmal.runs.reproduction_files import write_results
-from corsmal.runs.reproduction_settings import PlannedStep, ReproductionSettings, is_filmed, plan
+from corsmal.runs.reproduction_settings import PlannedStep, ReproductionSettings, check_features, is_filmed, plan
 from corsmal.runs.reproduction_steps import Work
 from corsmal.store import Store, digest
 
@@ -140,8 +140,7 @@ class _Clock:
 
 
 def _check(dataset: Dataset, settings: ReproductionSettings) -> None:
-    if settings.features is not None and not settings.features.is_dir():
-        raise FileError(settings.features, "there is no such folder of features")
+    check_features(settings.features)
     table = dataset.table
     if not table["container_id"].notna().any():
         raise ArgumentError(

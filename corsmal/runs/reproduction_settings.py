@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.dataset.audio import CHANNELS
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, FileError
 from corsmal.parameters import METHOD_VIEWS, ShapeParameters
 from corsmal.stages.settings import DetectorSettings
 
@@ -177,6 +177,16 @@ def named_tests(tests: Sequence[Dataset]) -> dict[str, Dataset]:
         place = sum(other.name == test.name for other in names.values()) + 1
         names[test.name if alike[test.name] == 1 else f"{test.name}-{place}"] = test
     return names
+
+
+def check_features(folder: Path | None) -> None:
+    """Refuse a folder of features that is not there.
+
+    Raises:
+        FileError: it is not.
+    """
+    if folder is not None and not folder.is_dir():
+        raise FileError(folder, "there is no such folder of features")
 
 
 def is_filmed(recording: Recording) -> bool:

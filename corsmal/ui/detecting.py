@@ -77,7 +77,7 @@ def automatic_detector(recording: Recording) -> DetectorSettings | None:
 def can_inspect_frame(opened: OpenedRecording, frame: int) -> bool:
     """Whether a frame of some view could be inspected and was not."""
     views = opened.detections.views
-    return any(frame < count and frame not in views.get(name, ()) for name, count in _open_views(opened).items())
+    return any(frame < count and frame not in views.get(name, ()) for name, count in open_views(opened).items())
 
 
 def inspect_frame(opened: OpenedRecording, frame: int) -> Job:
@@ -85,7 +85,7 @@ def inspect_frame(opened: OpenedRecording, frame: int) -> Job:
 
     ``watch_detection`` shows how far it is. While another frame is being inspected, this is the job that does that.
     """
-    sources = [view.source for name, view in opened.detections.views.items() if name in _open_views(opened)]
+    sources = [view.source for name, view in opened.detections.views.items() if name in open_views(opened)]
     automatic = automatic_detector(opened.recording)
     if sources or automatic is None:
         settings = find_detector("demo" if any(source.startswith(SMALL) for source in sources) else "coco")
@@ -126,15 +126,15 @@ def _begin_by_itself(opened: OpenedRecording) -> None:
 def _offer(opened: OpenedRecording) -> None:
     """Offer to detect where frames have not been inspected yet."""
     recording, found = opened.recording, opened.detections
-    counts = _open_views(opened)
-    open_views = [name for name, count in counts.items() if len(found.views.get(name, ())) < count]
-    if not open_views:
+    counts = open_views(opened)
+    lacking = [name for name, count in counts.items() if len(found.views.get(name, ())) < count]
+    if not lacking:
         return
-    if any(name not in found.views for name in open_views):
+    if any(name not in found.views for name in lacking):
         weights = "" if automatic_detector(recording) else _why_not(recording)
         st.info(
-            f"No detections yet in {', '.join(open_views)}. {weights}Run a detector, or put COCO results in "
-            f"`{open_views[0]}/detections/{recording.id}.json`.",
+            f"No detections yet in {', '.join(lacking)}. {weights}Run a detector, or put COCO results in "
+            f"`{lacking[0]}/detections/{recording.id}.json`.",
             icon=":material/search:",
         )
     left, middle, right = st.columns([2, 1.5, 1.1], vertical_alignment="bottom")
@@ -204,10 +204,10 @@ def _start(
 def _expected_s(opened: OpenedRecording, settings: DetectorSettings) -> float | None:
     """How long a search will take, if this detector was used here before."""
     frame_s = shared.inspector(settings).frame_s
-    return None if frame_s is None else frame_s * search_frames(_open_views(opened).values(), settings.every)
+    return None if frame_s is None else frame_s * search_frames(open_views(opened).values(), settings.every)
 
 
-def _open_views(opened: OpenedRecording) -> dict[str, int]:
+def open_views(opened: OpenedRecording) -> dict[str, int]:
     """How many frames the views have that a detector can inspect; a view with a file of its own is done."""
     counts = {}
     for name in METHOD_VIEWS:
@@ -221,4 +221,4 @@ def _open_views(opened: OpenedRecording) -> dict[str, int]:
 def _is_searched(opened: OpenedRecording) -> bool:
     """Whether at least as many frames were inspected as a search begins with."""
     found = opened.detections.views
-    return all(len(found.get(name, ())) >= ceil(count / SEARCH_STEP) for name, count in _open_views(opened).items())
+    return all(len(found.get(name, ())) >= ceil(count / SEARCH_STEP) for name, count in open_views(opened).items())

@@ -28,25 +28,21 @@ FIND = "Find the best frame"
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> Iterator[type[FakeDetector]]:
     """Stands for the demo's detector."""
-
-    class Small(FakeDetector):
-        name, digest = "small Mask R-CNN, a test's", "small"
-        gate = threading.Event()
-
-    monkeypatch.setitem(vars(corsmal.detection), "SmallDetector", Small)
-    yield Small
-    Small.gate.set()
+    yield from stand_in(monkeypatch, "SmallDetector", name="small Mask R-CNN, a test's", digest="small")
 
 
 @pytest.fixture
 def coco(monkeypatch: pytest.MonkeyPatch) -> Iterator[type[FakeDetector]]:
-    class Coco(FakeDetector):
-        name, digest = "Mask R-CNN, a test's", "coco"
-        gate = threading.Event()
+    """Stands for Mask R-CNN with COCO weights."""
+    yield from stand_in(monkeypatch, "MaskRCNNDetector", name="Mask R-CNN, a test's", digest="coco")
 
-    monkeypatch.setitem(vars(corsmal.detection), "MaskRCNNDetector", Coco)
-    yield Coco
-    Coco.gate.set()
+
+def stand_in(monkeypatch: pytest.MonkeyPatch, detector: str, **about: str) -> Iterator[type[FakeDetector]]:
+    """A fake in the place of a detector, with a gate of its own that is open at the end."""
+    fake: type[FakeDetector] = type("Fake", (FakeDetector,), {"gate": threading.Event(), **about})
+    monkeypatch.setitem(vars(corsmal.detection), detector, fake)
+    yield fake
+    fake.gate.set()
 
 
 @pytest.fixture

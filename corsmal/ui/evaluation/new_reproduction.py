@@ -8,13 +8,20 @@ import streamlit as st
 
 from corsmal.dataset import Dataset
 from corsmal.engines.local import local_engine
-from corsmal.errors import FileError
 from corsmal.evaluation.typesetting import TITLES
 from corsmal.parameters import SHAPE_PRESETS
 from corsmal.quantities import duration_text
 from corsmal.runs.reproduction import StepProgress, reproduce
 from corsmal.runs.reproduction_results import CancelledError
-from corsmal.runs.reproduction_settings import Folds, NetworkPreset, PlannedStep, Protocol, ReproductionSettings, plan
+from corsmal.runs.reproduction_settings import (
+    Folds,
+    NetworkPreset,
+    PlannedStep,
+    Protocol,
+    ReproductionSettings,
+    check_features,
+    plan,
+)
 from corsmal.ui import shared
 from corsmal.ui.evaluation.runs import detector_settings
 from corsmal.ui.jobs import Job
@@ -79,15 +86,15 @@ def _settings(dataset: Dataset) -> ReproductionSettings:
         placeholder="log-mel features of the sound",
         help="A folder of arrays, ID.npy, for the filling network.",
     ).strip()
-    if features and not Path(features).expanduser().is_dir():
-        raise FileError(Path(features), "there is no such folder of features")
+    folder = Path(features).expanduser() if features else None
+    check_features(folder)
     return ReproductionSettings(
         protocol=protocol,
         folds=folds,
         seeds=int(seeds),
         shape=SHAPE_PRESETS[preset],
         networks=networks,
-        features=Path(features).expanduser().resolve() if features else None,
+        features=None if folder is None else folder.resolve(),
         detector=detector_settings(next(iter(dataset), None)),
         is_quick=is_quick,
     )

@@ -15,7 +15,7 @@ from corsmal.errors import CorsmalError
 from corsmal.parameters import FRONTAL_VIEW
 from corsmal.selection import BestFrame
 from corsmal.ui import session
-from corsmal.ui.detecting import inspect_frame
+from corsmal.ui.detecting import inspect_frame, open_views
 from corsmal.ui.linked_plot import PlotEvent, plot_event
 from corsmal.ui.linked_plot.assets import read_asset
 from corsmal.ui.linked_plot.component import acknowledged, no_callback
@@ -94,7 +94,7 @@ def time_line(
             else f"{url}sound/{0 if channel is None else channel + 1}.wav",
             "is_large": is_large,
             "keys": list(keys),
-            "can_inspect": any(opened.recording.views[name].detections_path is None for name in videos),
+            "can_inspect": bool(open_views(opened)),
             "acknowledged": acknowledged(TIME_LINE),
             **marks(best, crop_s=session.choice().crop_s, fps=opened.fps, frames=frames),
         },
