@@ -3,17 +3,13 @@
 import base64
 import html
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal, get_args
 
 import pandas as pd
 import plotly.graph_objects as go
 import plotly.io
 import plotly.offline
 
-from corsmal.errors import ArgumentError
-
-Medium = Literal["image/jpeg", "image/png", "audio/wav"]
+from corsmal.figures.pins import Pin
 
 _STYLE = """
 :root { color-scheme: light dark; --line: #8884; --soft: #8881; }
@@ -24,30 +20,6 @@ th, td { padding: .25rem .7rem; text-align: right; border-bottom: 1px solid var(
 th:first-child, td:first-child { text-align: left; } tbody tr:hover { background: var(--soft); }
 figure { margin: 1.2rem 0; } figcaption { color: #888; } img { max-width: 100%; } audio { width: 100%; }
 """
-
-
-@dataclass(frozen=True, eq=False)
-class Pin:
-    """Something that was pinned for a report.
-
-    Args:
-        title: one line: what it shows, of which recording.
-        figure: a figure, which stays interactive; or else
-        content: a picture's or a sound's bytes.
-        medium: what ``content`` is.
-
-    Raises:
-        ArgumentError: it holds neither a figure nor a content with its medium, or both.
-    """
-
-    title: str
-    figure: go.Figure | None = None
-    content: bytes = b""
-    medium: Medium | None = None
-
-    def __post_init__(self) -> None:
-        if (self.figure is None) == (not self.content) or bool(self.content) != (self.medium in get_args(Medium)):
-            raise ArgumentError("a pin must hold either a figure, or a content and its medium")
 
 
 def report_html(

@@ -25,7 +25,8 @@ from corsmal.evaluation import (
 )
 from corsmal.evaluation.exporting import TableFormat
 from corsmal.figures.heatmaps import confusion_figure
-from corsmal.figures.report import Pin, report_html
+from corsmal.figures.pins import Pin
+from corsmal.figures.report import report_html
 from corsmal.files import writing
 from corsmal.runs.reproduction_kept import DISK_ADVICE, ESTIMATES, REPORT, write_summary
 from corsmal.runs.reproduction_results import Results, TestResult

@@ -6,7 +6,7 @@ import streamlit as st
 from corsmal.detection import Detections, filter_detections
 from corsmal.figures import score_figure
 from corsmal.figures.overlay import class_name
-from corsmal.figures.report import Pin
+from corsmal.figures.pins import Pin
 from corsmal.parameters import CentreRule
 from corsmal.selection import BestFrame
 from corsmal.ui.amounts import measure

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.estimation import Estimate, Fit, mass_inputs
-from corsmal.figures.report import Pin
+from corsmal.figures.pins import Pin
 from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
 from corsmal.mass import AxisRule, MassPrediction, filling_mass_g

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import streamlit as st
 
 from corsmal.errors import CorsmalError
-from corsmal.figures.report import Pin
+from corsmal.figures.pins import Pin
 from corsmal.ui.messages import plain
 
 KEY = "pins"

@@ -6,7 +6,8 @@ import plotly.graph_objects as go
 import pytest
 
 from corsmal.errors import ArgumentError
-from corsmal.figures.report import Pin, report_html
+from corsmal.figures.pins import Pin
+from corsmal.figures.report import report_html
 
 TABLES = {"Table 2": pd.DataFrame({"container": ["red cup", "<b>"], "capacity_mape": [34.249, float("nan")]})}
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import pandas as pd
 import streamlit as st
 
-from corsmal.figures.report import Pin
+from corsmal.figures.pins import Pin
 from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
 from corsmal.ui import media, session
 from corsmal.ui.download_buttons import download_buttons

@@ -8,7 +8,7 @@ from corsmal.errors import CorsmalError
 from corsmal.estimation import Fit
 from corsmal.figures import hull_figure, profile_figure, reprojection_figure
 from corsmal.figures.hull import Scope
-from corsmal.figures.report import Pin
+from corsmal.figures.pins import Pin
 from corsmal.parameters import ShapeParameters
 from corsmal.selection import BestFrame
 from corsmal.shape import Agreement, Hull, KnownProfile
