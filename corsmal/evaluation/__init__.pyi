@@ -36,6 +36,8 @@ from .submission import SUBMISSION_COLUMNS as SUBMISSION_COLUMNS
 from .submission import submission_csv as submission_csv
 from .submission import submission_table as submission_table
 from .submission import write_submission as write_submission
+from .summary import Headline as Headline
+from .summary import summary as summary
 from .sweep import sweep_table as sweep_table
 from .tables import METRICS as METRICS
 from .tables import confusion_tables as confusion_tables
