@@ -28,8 +28,8 @@ def main() -> None:
             st.Page("pages/evaluation.py", title="Evaluation", url_path="results", icon=":material/leaderboard:"),
         ]
     )
-    importlib.import_module("corsmal.ui.session").begin()
-    page.run()
+    with importlib.import_module("corsmal.ui.session").page_run():
+        page.run()
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Collection, Container, Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import chain
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -94,25 +95,29 @@ class Processes:
         Raises:
             CorsmalError: a process could not be started.
         """
-        doing = dict(self._ahead)
+        doing = {worker: deque([index]) for worker, index in self._ahead.items()}
         self._ahead.clear()
         workers, waiting = list(doing), deque(range(len(recordings)))
         deaths: Counter[int] = Counter()
         count = self.count if self.stays else min(self.count, len(recordings))
         try:
             self._complete(workers, count)
-            while waiting or set(doing.values()) - {_AHEAD}:
+            while waiting or set(chain.from_iterable(doing.values())) - {_AHEAD}:
                 if cancelled():
                     waiting.clear()
                     if not self.stays:
                         return
                 for worker in workers:
-                    if waiting and worker not in doing:
-                        index = doing[worker] = waiting.popleft()
-                        worker.give(task, index, recordings[index])
-                for worker in _answering(doing, None if cancelled is never else POLL_S):
-                    index, outcome = doing.pop(worker), worker.answer()
+                    given = doing.setdefault(worker, deque())
+                    # who stays has short tasks, the next of which is there when one is done; the last are shared out
+                    while waiting and len(given) < (2 if self.stays and len(waiting) > count else 1):
+                        given.append(waiting.popleft())
+                        worker.give(task, given[-1], recordings[given[-1]])
+                busy = [worker for worker, given in doing.items() if given]
+                for worker in _answering(busy, None if cancelled is never else POLL_S):
+                    index, outcome = doing[worker].popleft(), worker.answer()
                     if outcome is None:
+                        waiting.extend(doing.pop(worker))
                         workers[workers.index(worker)] = self._worker(count)
                         deaths[index] += 1
                         if index != _AHEAD and deaths[index] < ATTEMPTS_MAX:
@@ -122,7 +127,7 @@ class Processes:
                     if index != _AHEAD:
                         yield outcome
         finally:
-            self._leave(workers, doing)
+            self._leave(workers, [worker for worker, given in doing.items() if given])
 
     def close(self) -> None:
         """End the workers that wait for the next call."""

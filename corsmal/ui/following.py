@@ -1,15 +1,38 @@
 """Background jobs on a page: how far one is, why it failed, and a button that stops it."""
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import streamlit as st
 
 from corsmal.ui import shared
-from corsmal.ui.jobs import Viewer, progress_text
+from corsmal.ui.jobs import Job, Viewer, progress_text
 from corsmal.ui.messages import plain
 
 POLL_S = 0.5
-VIEWER = "viewer"
+VIEWER, NEXT_S = "viewer", "next_run_s"
+
+RESTS = 8.0
+"""A page that shows what a job has found rests that many times as long as its run took: the job needs the cores."""
+
+
+@contextmanager
+def timed() -> Iterator[None]:
+    """Measure how long a run of a page takes, and when the next may begin."""
+    began_s = time.monotonic()
+    try:
+        yield
+    finally:
+        ended_s = time.monotonic()
+        st.session_state[NEXT_S] = ended_s + RESTS * (ended_s - began_s)
+
+
+def is_due(job: Job | None, shown: int, *, next_s: float) -> bool:
+    """Whether the page that shows a job's first ``shown`` results is run again: when it ends, or from ``next_s`` on."""
+    if job is None or not job.active:
+        return True
+    return job.results != shown and time.monotonic() >= next_s
 
 
 def shows(part: str, key: str) -> bool:
@@ -36,7 +59,7 @@ def follow(
         show: draws what the job has found by now, again and again while it is running, instead of the whole page.
 
     Returns:
-        Whether it is running; the page is run again when it ends, and when it has kept more results.
+        Whether it is running; the page is run again when it ends, and from time to time when it has kept more results.
     """
     job = shared.jobs().get(key)
     if job is not None and job.active:
@@ -51,7 +74,8 @@ def follow(
 @st.fragment(run_every=POLL_S)
 def _watch(key: str, unit: str, shown: int, *, is_narrow: bool, show: Callable[[], None] | None) -> None:
     job = shared.jobs().get(key)
-    if job is None or not job.active or (show is None and job.results != shown):
+    shown = shown if job is None or show is None else job.results
+    if is_due(job, shown, next_s=st.session_state.get(NEXT_S, 0.0)):
         st.rerun()
     left, right = (st, st) if is_narrow else st.columns([5, 1], vertical_alignment="bottom")
     left.progress(job.fraction, text=progress_text(job, unit))

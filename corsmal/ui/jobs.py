@@ -149,7 +149,7 @@ class Jobs:
         self._order: list[Job] = []
         self._viewers: WeakSet[Viewer] = WeakSet()
         self._changed = threading.Condition()
-        atexit.register(self._stop)
+        atexit.register(self.stop)
 
     def get(self, key: str) -> Job | None:
         """The last job of a key."""
@@ -240,7 +240,8 @@ class Jobs:
             job.state, job.waits_for = "running", ""
             job.waited(time.monotonic() - began_s)
 
-    def _stop(self) -> None:
+    def stop(self) -> None:
+        """Cancel all jobs, and wait for those that are running, a few seconds at most."""
         jobs, deadline_s = list(self._jobs.values()), time.monotonic() + FAREWELL_S
         for job in jobs:
             job.cancel()

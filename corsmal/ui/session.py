@@ -1,5 +1,7 @@
 """What one browser session is looking at: its dataset folder, recording, frame and parameters."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -9,7 +11,7 @@ from streamlit.runtime.scriptrunner import get_script_run_ctx
 from corsmal.dataset import Dataset, Recording
 from corsmal.demo.opening import open_demo
 from corsmal.errors import CorsmalError
-from corsmal.ui import demo, look, shared
+from corsmal.ui import demo, following, look, shared
 from corsmal.ui.folders import default_folder, demo_folder, is_demo
 from corsmal.ui.messages import plain
 from corsmal.ui.recordings import forget_filters, has_video, listed, most_complete, recording_labels
@@ -19,8 +21,15 @@ CHOICE, WRITTEN, PROBLEMS, PICKER = "choice", "url_written", "url_problems", "pi
 FOLDER, FOLDER_PROBLEM, DATASET, SHOWN_ROOT = "data_folder", "folder_problem", "dataset", "shown_root"
 
 
-def begin() -> None:
-    """Read the address, show the sidebar's pickers and write the address: first thing on every page."""
+@contextmanager
+def page_run() -> Iterator[None]:
+    """What stands around every page: read the address, show the sidebar's pickers, write the address."""
+    with following.timed():
+        _begin()
+        yield
+
+
+def _begin() -> None:
     look.apply()
     _read_address()
     with st.sidebar:

@@ -22,7 +22,7 @@ from corsmal.stages.detections import load_detections
 from corsmal.stages.settings import find_detector
 from corsmal.store import Store
 from corsmal.ui import detecting, shared
-from corsmal.ui.following import POLL_S
+from corsmal.ui.following import NEXT_S, is_due
 from corsmal.ui.opened import OpenedRecording
 from tests.app.driver import Visitor
 
@@ -46,6 +46,7 @@ def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[
     def begin() -> Path:
         cache = tmp_path / str(next(numbers))
         monkeypatch.setenv("CORSMAL_CACHE", str(cache))
+        shared.jobs().stop()
         for function in (shared.store, shared.jobs):
             function.cache_clear()
         st.cache_resource.clear()
@@ -66,12 +67,15 @@ def ended(key: str) -> None:
 
 
 def opened_until_found(root: Path) -> None:
-    """Open a recording on the Overview, which runs again twice a second, until the search has ended."""
+    """Open a recording on the Overview, which runs again as in a browser, until the search has ended."""
     visitor = Visitor(root, begins="overview", recording=RECORDING)
-    key = OpenedRecording(open_dataset(root)[RECORDING]).job_key
+    key, shown = OpenedRecording(open_dataset(root)[RECORDING]).job_key, 0
     while shared.jobs().is_active(key):
-        time.sleep(POLL_S)
-        visitor.test.run()
+        time.sleep(0.02)
+        job = shared.jobs().get(key)
+        if job is not None and is_due(job, shown, next_s=visitor.test.session_state[NEXT_S]):
+            shown = job.results
+            visitor.test.run()
     ended(key)
 
 

@@ -130,6 +130,16 @@ def test_no_process_outlives_the_program_by_more_than_two_seconds(fault, tiny_da
     wait_for(lambda: not any(map(is_alive, pids_in(folder))), seconds=GRACE_S)
 
 
+def test_what_was_given_to_a_worker_ahead_is_done_though_it_dies(dataset, tmp_path):
+    engine = Processes(1, stays=True)
+    task = Faulty(raises={"000001": "kill"}, once=tmp_path / "killed")
+    items = [dataset[name] for name in ("000000", "000001", "000002", "000000", "000002")]
+    outcomes = list(engine(task, items))
+    engine.close()
+    assert sorted(outcome.index for outcome in outcomes) == [0, 1, 2, 3, 4]
+    assert [outcome.problem for outcome in outcomes] == [""] * 5
+
+
 def test_a_number_of_processes_that_cannot_be_is_refused():
     with pytest.raises(ArgumentError, match="count must be at least 1, got 0"):
         Processes(0)

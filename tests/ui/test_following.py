@@ -1,0 +1,20 @@
+from corsmal.ui.following import is_due
+from corsmal.ui.jobs import Job
+
+
+def test_a_page_is_run_again_when_its_job_ends_and_meanwhile_only_for_more_results_after_a_rest():
+    job = Job("Detecting", results=3)
+    cases = {
+        "nothing new": is_due(job, 3, next_s=0.0),
+        "more, but the page has just run": is_due(job, 2, next_s=1e12),
+        "more, and it has rested": is_due(job, 2, next_s=0.0),
+    }
+    job.state = "done"
+    cases["ended"] = is_due(job, 3, next_s=1e12)
+    assert cases == {
+        "nothing new": False,
+        "more, but the page has just run": False,
+        "more, and it has rested": True,
+        "ended": True,
+    }
+    assert is_due(None, 0, next_s=1e12)
