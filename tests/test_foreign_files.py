@@ -10,9 +10,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from corsmal.dataset import open_dataset
-from corsmal.dataset.annotation_file import ID_PATTERN, read_annotations
+from corsmal.dataset.annotation_file import read_annotations
 from corsmal.dataset.audio import CHANNELS, read_audio
 from corsmal.dataset.calibration import read_camera
+from corsmal.dataset.ids import ID_PATTERN
 from corsmal.detection.coco import read_coco_results
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.evaluation import read_estimates

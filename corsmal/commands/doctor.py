@@ -1,10 +1,11 @@
 """``doctor``: what is missing or broken in a dataset, and whether this machine is ready for it."""
 
-import math
-from collections.abc import Callable, Iterable, Sequence
+import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,112 +14,90 @@ from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engi
 from corsmal.errors import CorsmalError
 
 if TYPE_CHECKING:
-    from corsmal.dataset import Dataset, Recording
-    from corsmal.engines.engine import Row
+    from corsmal.dataset.findings import Finding, Severity
     from corsmal.store import Store
-
-AGREES_MAX = 0.02
-"""Share of the image width. Intact recordings of the demo reach 0.017; with exchanged cameras most have 0.03 to 0.3."""
 
 SHOWN_MAX = 20
 
 
 @dataclass
 class _Report:
-    """The lines to print, and the number of problems among them."""
+    """The sentences to print, in their order, and what was found."""
 
-    lines: list[str] = field(default_factory=list)
-    problems: int = 0
+    findings: "list[Finding]" = field(default_factory=list)
 
-    def note(self, sentence: str) -> None:
-        self.lines.append(f"  {sentence}")
+    def note(self, sentence: str, *, kind: str) -> None:
+        self._add("note", sentence, kind)
 
-    def problem(self, sentence: str) -> None:
-        self.problems += 1
-        self.lines.append(f"! {sentence}")
+    def problem(self, sentence: str, *, kind: str) -> None:
+        self._add("error", sentence, kind)
 
-    def problem_list(self, sentences: Sequence[str]) -> None:
-        for sentence in sentences[:SHOWN_MAX]:
-            self.problem(sentence)
-        if len(sentences) > SHOWN_MAX:
-            self.problems += len(sentences) - SHOWN_MAX
-            self.lines.append(f"! … and {len(sentences) - SHOWN_MAX} more")
+    def _add(self, severity: "Severity", sentence: str, kind: str) -> None:
+        from corsmal.dataset.findings import Finding
+
+        self.findings.append(Finding(severity, kind, sentence))
+
+    @property
+    def problems(self) -> int:
+        return sum(finding.is_problem for finding in self.findings)
+
+    def lines(self) -> list[str]:
+        """A line per finding, no more than ``SHOWN_MAX`` of a kind and severity that stand together."""
+        lines = []
+        for (severity, _), group in groupby(self.findings, key=lambda finding: (finding.severity, finding.kind)):
+            found = list(group)
+            mark = "  " if severity == "note" else f"! {severity}: "
+            lines += [f"{mark}{finding}" for finding in found[:SHOWN_MAX]]
+            if len(found) > SHOWN_MAX:
+                lines.append(f"{mark}… and {len(found) - SHOWN_MAX} more, which --json lists")
+        return lines
 
 
 def doctor(
     root: Root,
     ids: Ids = None,
     *,
+    deep: Annotated[
+        bool, typer.Option("--deep", help="Read sounds whole and decode videos at both ends; default: headers.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list of findings.")] = False,
     engine: EngineName = "local",
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
     """Check a dataset's files, cameras and detections, and the networks and the cache on this machine.
 
-    Problems are marked with !; if there are any, the exit status is 1. Parts that the whole dataset lacks are listed
-    without a mark: they may not have been downloaded.
+    Problems are marked with !, and with how bad they are: what an error names cannot be used; a warning is about
+    what is left out, or used otherwise than it may be meant. If there are any, the exit status is 1. Parts that the
+    whole dataset lacks are listed without a mark: they may not have been downloaded.
     """
     from corsmal.dataset import open_dataset
+    from corsmal.stages.checkup import agreement, examined_findings, set_findings
     from corsmal.stages.examination import ExamineTask
     from corsmal.store import Store
 
     dataset, store, report = open_dataset(root), Store(), _Report()
     recordings = chosen(dataset, ids)
     chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings))
-    rows = run(ExamineTask(store.root.resolve()), recordings, chosen_engine)
-    _on_completeness(report, dataset, recordings)
-    _on_files(report, rows)
-    _on_agreement(report, rows)
+    rows = run(ExamineTask(store.root.resolve(), deep=deep), recordings, chosen_engine)
+    report.note(f"{dataset.root}: {len(dataset)} recordings, {len(recordings)} checked", kind="dataset")
+    report.findings += set_findings(dataset, recordings)
+    found = examined_findings(rows)
+    report.findings += found
+    if not any(finding.severity == "error" for finding in found):
+        report.note("every file can be read", kind="dataset")
+    report.note(agreement(rows), kind="agreement")
     _on_networks(report)
     _on_store(report, store)
-    typer.echo("\n".join(report.lines))
+    if as_json:
+        typer.echo(json.dumps([finding.to_json() for finding in report.findings], indent=1, ensure_ascii=False))
+    else:
+        problems = (
+            f"{report.problems} problem{'' if report.problems == 1 else 's'}" if report.problems else "no problems"
+        )
+        typer.echo("\n".join([*report.lines(), problems]))
     if report.problems:
-        typer.echo(f"{report.problems} problem{'' if report.problems == 1 else 's'}")
         raise typer.Exit(1)
-    typer.echo("no problems")
-
-
-def _on_completeness(report: _Report, dataset: "Dataset", recordings: "Sequence[Recording]") -> None:
-    report.note(f"{dataset.root}: {len(dataset)} recordings, {len(recordings)} checked")
-    for sentence in dataset.problems:
-        report.note(sentence)
-    lacking: dict[str, list[str]] = {}
-    for recording in recordings:
-        for part in recording.missing:
-            lacking.setdefault(part, []).append(recording.id)
-    for part, names in lacking.items():
-        is_whole_set = len(names) == len(recordings)
-        (report.note if is_whole_set else report.problem)(f"{part} is missing in {_listed(names)}")
-
-
-def _on_files(report: _Report, rows: "Iterable[Row]") -> None:
-    broken = [
-        f"{row['recording_id']}: {sentence}"
-        for row in rows
-        for sentence in row.get("broken") or filter(None, [row["notes"]])
-    ]
-    report.problem_list(broken)
-    if not broken:
-        report.note("every file can be read")
-
-
-def _on_agreement(report: _Report, rows: "Iterable[Row]") -> None:
-    errors = {row["recording_id"]: row["reprojection"] for row in rows if row.get("reprojection") is not None}
-    if not errors:
-        report.note("calibration and detections cannot be compared: no frame has a container and a camera in two views")
-        return
-    worst = sorted(errors, key=errors.__getitem__, reverse=True)
-    report.note(
-        f"calibration against detections, {len(errors)} recordings: the reprojected centroid misses the mask's by "
-        f"{_percent(errors[worst[len(worst) // 2]])} of the image width (median; worst: {_percent(errors[worst[0]])})"
-    )
-    report.problem_list(
-        [
-            f"{name}: calibration and detections disagree ({_percent(errors[name])}): is one of another recording?"
-            for name in worst
-            if errors[name] > AGREES_MAX
-        ]
-    )
 
 
 def _on_networks(report: _Report) -> None:
@@ -132,7 +111,8 @@ def _on_networks(report: _Report) -> None:
 
     coco = coco_weights_file()
     report.note(
-        f"Mask R-CNN weights: {coco if coco.is_file() else f'not there yet; downloaded on first use to {coco}'}"
+        f"Mask R-CNN weights: {coco if coco.is_file() else f'not there yet; downloaded on first use to {coco}'}",
+        kind="network",
     )
     openers: dict[Kind, Callable[[Path], object]] = {
         "detector": lambda path: SmallDetector(path, device="cpu"),
@@ -143,30 +123,24 @@ def _on_networks(report: _Report) -> None:
         weights = find_weights(kind)
         try:
             opened(weights.path)
-            report.note(f"{kind} weights ({weights.origin}): {weights.path}")
+            report.note(f"{kind} weights ({weights.origin}): {weights.path}", kind="network")
         except CorsmalError as error:
-            report.problem(str(error))
-    report.note(f"GPU: {torch.cuda.get_device_name() if torch.cuda.is_available() else 'none; the CPU is used'}")
+            report.problem(str(error), kind="network")
+    report.note(
+        f"GPU: {torch.cuda.get_device_name() if torch.cuda.is_available() else 'none; the CPU is used'}", kind="network"
+    )
 
 
 def _on_store(report: _Report, store: "Store") -> None:
-    report.note(f"results are stored in {store.root}")
+    report.note(f"results are stored in {store.root}", kind="cache")
     try:
         store.check_writable()
     except CorsmalError as error:
-        report.problem(str(error))
+        report.problem(str(error), kind="cache")
     leftovers = store.leftovers()
     if leftovers:
         size_mb = sum(path.stat().st_size for path in leftovers) / 1e6
         report.note(
-            f"{len(leftovers)} files there are unused ({size_mb:.1f} MB) and can be deleted, such as {leftovers[0]}"
+            f"{len(leftovers)} files there are unused ({size_mb:.1f} MB) and can be deleted, such as {leftovers[0]}",
+            kind="cache",
         )
-
-
-def _listed(names: list[str]) -> str:
-    shown = ", ".join(names[:3])
-    return f"{len(names)} recording{'' if len(names) == 1 else 's'}: {shown}{', …' if len(names) > 3 else ''}"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2f} %" if math.isfinite(share) else "behind a camera"

@@ -10,13 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from corsmal.dataset.annotation import CONTAINERS, FILLINGS, LEVELS, Annotation, Kind
+from corsmal.dataset.ids import listed, recording_id
 from corsmal.errors import FileError
-
-ID_PATTERN = re.compile(r"[0-9A-Za-z_-]+")
-"""What a recording's id may look like: it becomes part of file names."""
 
 
 @dataclass(frozen=True)
@@ -100,20 +96,6 @@ def read_annotations(root: Path, names: Iterable[str]) -> Annotations:
     return Annotations({}, tuple(problems))
 
 
-def recording_id(value: object) -> str | None:
-    """The id of a recording (six digits for a number), or None for what can be none."""
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and value.is_integer():
-        value = int(value)
-    if isinstance(value, bool) or not isinstance(value, int | str):
-        return None
-    text = str(value).strip()
-    if not ID_PATTERN.fullmatch(text) or text.startswith("-"):
-        return None
-    return text.zfill(6) if text.isdecimal() else text
-
-
 def _rows_of(path: Path) -> tuple[list[dict[str, Any]], dict[int, tuple[str, Kind | None]]]:
     """The file's rows with their keys in lower case, and the containers that it describes itself."""
     try:
@@ -187,10 +169,3 @@ def _annotation(
             unusable[column.key].append(name)
     container, kind = containers.get(values["container_id"], (None, None))
     return Annotation(**values, container=container, kind=kind)
-
-
-def listed(names: Iterable[str]) -> str:
-    """Up to three recordings, and how many more."""
-    names = list(names)
-    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return f"recording {shown}" if len(names) == 1 else f"recordings {shown}"

@@ -17,8 +17,14 @@ ChannelRule = Literal["strict", "repeat", "average"]
 """What to do with a sound of another number of channels than eight: ``strict`` refuses it; ``repeat`` takes its
 channels in turn until there are eight; ``average`` gives all eight the mean."""
 
-CUTS_S = {"000377": 13.10}
-"""Recordings, by id, whose sound ends that many seconds after its start: the recorder of 000377 was not stopped."""
+
+def check_audio(path: str | Path) -> None:
+    """Read a sound file's header.
+
+    Raises:
+        FileError: the file is absent or no sound file, is empty, or has another number of channels than eight.
+    """
+    read_audio(path, end_s=0.001)
 
 
 @dataclass(frozen=True, eq=False)

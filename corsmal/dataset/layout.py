@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from corsmal.dataset.annotation import Annotation
-from corsmal.dataset.annotation_file import ID_PATTERN
-from corsmal.dataset.audio import CUTS_S, Audio, read_audio
+from corsmal.dataset.audio import Audio, read_audio
 from corsmal.dataset.calibration import read_camera
+from corsmal.dataset.ids import ID_PATTERN
 from corsmal.digests import file_fingerprint
 from corsmal.errors import FileError, NotFoundError
 from corsmal.geometry import Camera
@@ -89,6 +89,7 @@ class Recording:
         annotation: what is known about it, where anything is.
         missing: what it lacks, such as ``view2 video`` or ``audio``. A calibration lacks only where its video exists.
         truth_path: what was drawn and played, as JSON; None where the recording is not synthetic.
+        sound_end_s: where its sound is cut, in seconds from the start, see ``published.cut_s``; None: used whole.
     """
 
     id: str
@@ -97,6 +98,7 @@ class Recording:
     annotation: Annotation | None = None
     missing: tuple[str, ...] = ()
     truth_path: Path | None = None
+    sound_end_s: float | None = None
 
     @property
     def is_synthetic(self) -> bool:
@@ -104,7 +106,7 @@ class Recording:
         return self.truth_path is not None
 
     def audio(self) -> Audio:
-        """Read the sound; that of 000377 is cut at 13.10 s, where its recorder should have been stopped.
+        """Read the sound, up to ``sound_end_s``.
 
         Raises:
             NotFoundError: the recording has no sound file.
@@ -112,7 +114,7 @@ class Recording:
         """
         if self.audio_path is None:
             raise NotFoundError(f"recording {self.id} has no sound: audio/{self.id}.wav is missing")
-        return read_audio(self.audio_path, end_s=CUTS_S.get(self.id))
+        return read_audio(self.audio_path, end_s=self.sound_end_s)
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,7 @@ class Layout:
         """Ids of the recordings that have a video or a sound."""
         return set(self.sounds).union(*self.videos.values())
 
-    def recording(self, name: str, annotation: Annotation | None) -> Recording:
+    def recording(self, name: str, annotation: Annotation | None, *, sound_end_s: float | None = None) -> Recording:
         """Gather one recording's files and name what is missing."""
         views = {
             view: View(
@@ -154,7 +156,15 @@ class Layout:
                 missing.append(f"{view} calibration")
         missing += [] if name in self.sounds else ["audio"]
         missing += [] if annotation else ["annotation"]
-        return Recording(name, views, self.sounds.get(name), annotation, tuple(missing), self.truths.get(name))
+        return Recording(
+            name,
+            views,
+            self.sounds.get(name),
+            annotation,
+            tuple(missing),
+            self.truths.get(name),
+            sound_end_s,
+        )
 
     def absent_parts(self) -> list[str]:
         """Sentences on what the whole set lacks."""

@@ -1,6 +1,6 @@
 """A dataset: the recordings of one folder, and a table of what is known about them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
@@ -8,8 +8,11 @@ from pathlib import Path
 import pandas as pd
 
 from corsmal.dataset.annotation import FIELDS, Annotation
-from corsmal.dataset.annotation_file import read_annotations, recording_id
+from corsmal.dataset.annotation_file import read_annotations
+from corsmal.dataset.findings import Finding, in_order
+from corsmal.dataset.ids import recording_id
 from corsmal.dataset.layout import VIEWS, Recording, scan
+from corsmal.dataset.published import CUTS_S, cut_findings, cut_s
 from corsmal.errors import FileError, NotFoundError
 
 EXPECTED = "view1/rgb/000618.mp4, view1/calib/000618.pickle, audio/000618.wav and an annotation (.json or .csv)"
@@ -33,7 +36,7 @@ class Dataset:
 
     Args:
         recordings: by id.
-        problems: sentences on what is wrong with the set as a whole.
+        findings: what is to be known about the folder and its files by their names and tables.
 
     Example:
         >>> dataset = open_dataset("ccm/train")  # doctest: +SKIP
@@ -41,10 +44,10 @@ class Dataset:
         520.0
     """
 
-    def __init__(self, root: Path, recordings: Mapping[str, Recording], *, problems: tuple[str, ...] = ()) -> None:
+    def __init__(self, root: Path, recordings: Mapping[str, Recording], *, findings: Iterable[Finding] = ()) -> None:
         self.root = root
         self.name = root.name or str(root)
-        self.problems = problems
+        self.findings = tuple(in_order(findings))
         self._recordings = {name: recordings[name] for name in sorted(recordings)}
 
     def __len__(self) -> int:
@@ -71,6 +74,17 @@ class Dataset:
         wanted = recording_id(name) or str(name)
         held = f"{len(self)} recordings, {self.ids[0]} to {self.ids[-1]}" if len(self) else "no recordings"
         raise NotFoundError(f"there is no recording {wanted[:40]!r} in {self.name}: it holds {held}")
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Sentences on what is wrong with the set as a whole; of unused files only how many there are."""
+        of_set = [finding for finding in self.findings if not finding.recording and finding.kind != "unused"]
+        problems = [str(finding) for finding in of_set if finding.is_problem or finding.kind == "missing"]
+        unused = sum(finding.kind == "unused" and finding.is_problem for finding in self.findings)
+        if unused:
+            files = "1 file is" if unused == 1 else f"{unused} files are"
+            problems.append(f"{files} not used; the Recordings page and doctor name the reasons")
+        return tuple(problems)
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -114,8 +128,14 @@ def open_dataset(root: str | Path) -> Dataset:
     ids = layout.ids | set(annotations.by_id)
     if not ids:
         raise FileError(root, f"holds no recordings; expected files such as {EXPECTED}{_hint(root)}")
-    recordings = {name: layout.recording(name, annotations.by_id.get(name)) for name in ids}
-    return Dataset(root, recordings, problems=(*annotations.problems, *layout.absent_parts()))
+    ends_s = {name: cut_s(name, annotations.by_id.get(name), ids=ids) for name in ids & CUTS_S.keys()}
+    recordings = {
+        name: layout.recording(name, annotations.by_id.get(name), sound_end_s=ends_s.get(name)) for name in ids
+    }
+    problems = [Finding("warning", "annotation", problem) for problem in annotations.problems]
+    problems += [Finding("note", "missing", problem) for problem in layout.absent_parts()]
+    cuts = cut_findings({name: end_s for name, end_s in ends_s.items() if name in layout.sounds})
+    return Dataset(root, recordings, findings=(*problems, *cuts))
 
 
 def _existing_folder(root: str | Path) -> Path:

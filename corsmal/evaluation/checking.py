@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from corsmal.dataset.annotation import CONTAINERS
-from corsmal.dataset.annotation_file import listed, recording_id
+from corsmal.dataset.ids import listed, recording_id
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE
 from corsmal.quantities import MEASURED, QUANTITIES

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from corsmal.dataset.annotation_file import recording_id
+from corsmal.dataset.ids import recording_id
 from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation.checking import Checked, listed, numbers_of, rows_of
 from corsmal.evaluation.metrics import CLASS_NAMES

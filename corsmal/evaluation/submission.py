@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from corsmal.dataset.annotation_file import recording_id
+from corsmal.dataset.ids import recording_id
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.checking import Checked, listed, numbers_of, rows_of
 from corsmal.evaluation.estimates import estimates_table

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from corsmal.dataset.annotation_file import recording_id
+from corsmal.dataset.ids import recording_id
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.checking import truth_table
 from corsmal.evaluation.estimates import ID_COLUMN

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.dataset.audio import CUTS_S, ChannelRule, read_audio
+from corsmal.dataset.audio import ChannelRule, read_audio
 from corsmal.dataset.layout import Recording
 from corsmal.digests import digest
 from corsmal.errors import FileError, NotFoundError
@@ -46,8 +46,8 @@ def recording_features(
 ) -> Features:
     """A recording's features, from its sound or from a folder of arrays.
 
-    Log-mel rows are rounded to half precision, stored or not, so that a stored answer is the computed one. The sound
-    of 000377 is cut at 13.10 s, and so are its rows in a folder, where they are longer.
+    Log-mel rows are rounded to half precision, stored or not, so that a stored answer is the computed one. What
+    follows ``Recording.sound_end_s`` is left out, of the sound and of rows in a folder.
 
     Args:
         recording: the recording.
@@ -63,7 +63,7 @@ def recording_features(
         FileError: the sound or the array is broken or not what it should be.
     """
     parameters = parameters or LogMelParameters()
-    ends_s = [end for end in (CUTS_S.get(recording.id), end_s) if end is not None]
+    ends_s = [end for end in (recording.sound_end_s, end_s) if end is not None]
     end_s = min(ends_s, default=None)
     if folder is not None:
         return _from_array(Path(folder), recording.id, parameters, end_s)

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.dataset import Recording
+from corsmal.dataset import Recording, View
+from corsmal.dataset.audio import check_audio
+from corsmal.dataset.findings import Finding
 from corsmal.dataset.layout import WORN_VIEW
-from corsmal.errors import CorsmalError
+from corsmal.dataset.video import video_size
+from corsmal.errors import CorsmalError, FileError
 from corsmal.estimation import container_mask
 from corsmal.geometry import Camera, triangulate
 from corsmal.parameters import PAIRS, SelectionParameters
@@ -26,39 +29,49 @@ FRAMES_MAX = 12
 
 @dataclass(frozen=True)
 class ExamineTask:
-    """Examining a recording: every file of it is opened, the videos at both ends.
+    """Examining a recording: of videos and sound the headers, everything else whole.
 
-    The row has ``broken``, a sentence for every file that cannot be used, and ``reprojection``, what
+    The row has ``findings``, one for every file that cannot be used, and ``reprojection``, what
     ``reprojection_error`` says.
 
     Args:
         cache: folder of the store, for detections that are not beside the videos.
+        deep: read the sound whole, and decode the videos at both ends.
     """
 
     cache: Path
+    deep: bool = False
 
     def __call__(self, recording: Recording) -> dict[str, Any]:
         """The row of one recording."""
-        broken: list[str] = []
+        findings: list[Finding] = []
         cameras: dict[str, Camera] = {}
         for name, view in recording.views.items():
-            with _noting(broken), view.video() as video:
-                video[0], video[-1]
+            with _noting(findings, "video"):
+                _examine_video(view, deep=self.deep)
             if name != WORN_VIEW and view.calibration_path is not None:
-                with _noting(broken):
+                with _noting(findings, "calibration"):
                     cameras[name] = view.camera()
         if recording.audio_path is not None:
-            with _noting(broken):
-                recording.audio()
+            with _noting(findings, "sound"):
+                recording.audio() if self.deep else check_audio(recording.audio_path)
         detections = load_detections(recording, store=Store(self.cache))
-        broken += detections.notes
+        findings += [Finding("error", "detections", note) for note in detections.notes]
         return {
             "recording_id": recording.id,
             "status": "examined",
-            "broken": list(dict.fromkeys(broken)),
+            "findings": [finding.of(recording.id) for finding in dict.fromkeys(findings)],
             "reprojection": reprojection_error(detections, cameras),
             "notes": "",
         }
+
+
+def _examine_video(view: View, *, deep: bool) -> None:
+    if not deep:
+        video_size(view.video_path)
+        return
+    with view.video() as video:
+        video[0], video[-1]
 
 
 def reprojection_error(detections: DetectionSet, cameras: Mapping[str, Camera]) -> float | None:
@@ -106,9 +119,11 @@ def _distance(cameras: list[Camera], centroids: list[NDArray[np.float64]]) -> fl
 
 
 @contextmanager
-def _noting(broken: list[str]) -> Iterator[None]:
+def _noting(findings: list[Finding], kind: str) -> Iterator[None]:
     """Note the error that the block raises, and continue."""
     try:
         yield
+    except FileError as error:
+        findings.append(Finding("error", kind, error.problem, file=str(error.path)))
     except CorsmalError as error:
-        broken.append(str(error))
+        findings.append(Finding("error", kind, str(error)))

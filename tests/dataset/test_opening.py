@@ -154,12 +154,42 @@ def test_linked_files_are_followed(tmp_path: Path) -> None:
     assert open_dataset(tmp_path / "set").ids == ("000000",)
 
 
-def test_recording_377_is_cut_where_its_recorder_should_have_stopped(tmp_path: Path) -> None:
-    for name in ("000376", "000377"):
-        write_audio(tmp_path / "audio" / f"{name}.wav", seconds=13.5)
+PUBLISHED_377 = {
+    "id": 377,
+    "container id": 1,
+    "scenario": 2,
+    "background": 1,
+    "illumination": 0,
+    "container capacity": 520.0,
+    "container mass": 10.0,
+    "filling type": 1,
+    "filling level": 2,
+    "filling mass": 195.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("rows", "others", "is_cut"),
+    [
+        ([PUBLISHED_377], 0, True),  # a part of the published set
+        (None, 684, True),  # all of it, without its annotation
+        (None, 1, False),
+        (None, 685, False),
+        ([PUBLISHED_377 | {"container capacity": 300.0}], 0, False),
+        ([{"id": 377, "container id": 1}], 684, False),
+    ],
+)
+def test_only_the_published_sets_recording_377_is_cut(
+    tmp_path: Path, rows: list[dict[str, float]] | None, others: int, *, is_cut: bool
+) -> None:
+    _touch(tmp_path, *(f"audio/{number:06d}.wav" for number in range(others)))
+    write_audio(tmp_path / "audio" / "000377.wav", seconds=13.5)
+    if rows is not None:
+        write_json(tmp_path / "ccm_train_annotation.json", {"annotations": rows})
     dataset = open_dataset(tmp_path)
-    assert dataset["000376"].audio().samples.shape == (8, 595_350)
-    assert dataset["000377"].audio().samples.shape == (8, 577_710)
+    assert dataset["000377"].audio().samples.shape == (8, 577_710 if is_cut else 595_350)
+    [said] = [finding.what for finding in dataset.findings if finding.recording == "000377"]
+    assert ("is cut at 13.1 s" if is_cut else "is used whole") in said
 
 
 @pytest.mark.parametrize("typed", ["nowhere", "~no-such-user/data", "with\0null", "x" * 5000])

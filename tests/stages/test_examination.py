@@ -21,13 +21,18 @@ def root(made, tmp_path):
     return shutil.copytree(made, tmp_path / "set")
 
 
-def examined(root, tmp_path):
-    return [ExamineTask(tmp_path / "cache")(recording) for recording in open_dataset(root)]
+def examined(root, tmp_path, *, deep=False):
+    task = ExamineTask(tmp_path / "cache", deep=deep)
+    return [task(recording) for recording in open_dataset(root)]
+
+
+def named(row):
+    return [str(finding) for finding in row["findings"]]
 
 
 def test_sound_recordings_agree_and_nothing_is_broken(root, tmp_path):
     first, second = examined(root, tmp_path)
-    assert (first["recording_id"], first["broken"], second["broken"]) == ("000000", [], [])
+    assert (first["recording_id"], first["findings"], second["findings"]) == ("000000", [], [])
     assert max(first["reprojection"], second["reprojection"]) < 0.003  # the second lacks a view
 
 
@@ -37,9 +42,10 @@ def test_sound_recordings_agree_and_nothing_is_broken(root, tmp_path):
 def test_every_broken_file_is_named_once(root, tmp_path, file):
     (root / file).write_bytes(b"broken")
     first, second = examined(root, tmp_path)
-    assert any(str(root / file) in sentence for sentence in first["broken"])
-    assert len(first["broken"]) == len(set(first["broken"]))
-    assert second["broken"] == []
+    assert any(str(root / file) in sentence for sentence in named(first))
+    assert len(first["findings"]) == len(set(first["findings"]))
+    assert {(finding.severity, finding.recording) for finding in first["findings"]} == {("error", "000000")}
+    assert second["findings"] == []
 
 
 def test_a_video_that_breaks_off_is_found(root, tmp_path):
@@ -48,7 +54,7 @@ def test_a_video_that_breaks_off_is_found(root, tmp_path):
     start = content.index(b"mdat")
     content[start + 200 : start + 4000] = bytes(3800)
     path.write_bytes(content)
-    assert any(str(path) in sentence for sentence in examined(root, tmp_path)[0]["broken"])
+    assert any(str(path) in sentence for sentence in named(examined(root, tmp_path, deep=True)[0]))
 
 
 def test_the_calibration_of_another_camera_does_not_agree(root, tmp_path):
