@@ -28,7 +28,7 @@ def main() -> None:
             st.Page("pages/evaluation.py", title="Evaluation", url_path="results", icon=":material/leaderboard:"),
         ]
     )
-    with importlib.import_module("corsmal.ui.session").page_run():
+    with importlib.import_module("corsmal.ui.sidebar").page_run(page.title.lower()):
         page.run()
 
 

@@ -13,7 +13,7 @@ VIEWS = {"runs": "Runs", "reproduction": "Reproduce Table 2"}
 
 st.title("Evaluation")
 dataset, _ = session.opened()
-if one_of("", VIEWS, key="evaluation_view") == "reproduction":
+if one_of("", VIEWS, key="evaluation_view", field="view") == "reproduction":
     reproduction_section(dataset)
 else:
     run = chosen_run(dataset)

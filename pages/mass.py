@@ -39,7 +39,7 @@ def mass_panel(opened: OpenedRecording) -> None:
     if network is not None:
         mass_network.trained_otherwise(network, axis=axis, padding_px=padding_px)
     resize = "stretch" if network is None else network.config.resize
-    mass.pictures(opened, mask, prediction, frame=frame, resize=resize)
+    mass.pictures(opened, mask, prediction, frame=frame, resize=resize, axis=axis, padding_px=padding_px)
     left, right = st.columns([2, 3])
     with left:
         with_scale = network is not None and network.config.with_scale

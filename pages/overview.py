@@ -18,6 +18,7 @@ from corsmal.ui.overview import known_when, pictures
 from corsmal.ui.overview.numbers import network_tiles, shape_tiles
 from corsmal.ui.overview.status import computing, left_out, summary
 from corsmal.ui.overview.tiles import Tiles
+from corsmal.ui.pins import pin_button
 
 dataset, recording = session.opened()
 opened = OpenedRecording(recording)
@@ -53,6 +54,7 @@ with guarded():
         pictures.mask(opened, found)
     with sound:
         pictures.heard(opened, found, left_out=reasons.get("filling", ""))
+    pin_button("the answers", lambda: pictures.answer_pins(opened, found, tiles.shown), key="overview")
     if text := left_out_note(dataset, settings):
         note.caption(f":material/info: {text}")
 

@@ -5,6 +5,7 @@ import streamlit as st
 from corsmal.dataset.audio import CHANNELS
 from corsmal.digests import digest
 from corsmal.ui import media, session, shared
+from corsmal.ui.choice import OF_RECORDING
 from corsmal.ui.detecting import watch_detection
 from corsmal.ui.filling import sound
 from corsmal.ui.messages import guarded
@@ -33,7 +34,7 @@ event = st.dataframe(
 )
 clicked = newly_clicked(event.selection, key=key)
 if clicked is not None and rows.index[clicked] != recording.id:
-    session.choose(recording=rows.index[clicked], frame=None, pair=None, crop_s=None)
+    session.choose(recording=rows.index[clicked], **OF_RECORDING)
     st.rerun()
 
 st.subheader(f"Recording {recording.id}")
@@ -50,5 +51,12 @@ if recording.audio_path is not None:
     with guarded():
         left, right = st.columns([1, 3], vertical_alignment="bottom")
         channels = [None, *range(CHANNELS)]
-        channel = left.selectbox("Microphone", channels, format_func=media.channel_name, key="channel")
-        right.audio(sound.wav(opened, channel, None))
+        st.session_state["channel"] = session.choice().channel
+        left.selectbox(
+            "Microphone",
+            channels,
+            format_func=media.channel_name,
+            key="channel",
+            on_change=lambda: session.choose(channel=st.session_state["channel"]),
+        )
+        right.audio(sound.wav(opened, session.choice().channel, None))

@@ -10,12 +10,7 @@ from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import pair_control
 from corsmal.ui.pins import pin_button
-from corsmal.ui.shape.measures import (
-    annotated,
-    frame_problems,
-    hull_downloads,
-    measures,
-)
+from corsmal.ui.shape.measures import annotated, frame_problems, hull_downloads, measured_numbers, measures
 from corsmal.ui.shape.parameters import apply_sliders, compared_preset, other_parameters, preset_control
 from corsmal.ui.shape.plots import hull_pins, hull_plots, reprojections
 from corsmal.ui.time_line import time_line
@@ -53,13 +48,14 @@ def fit_panel(opened: OpenedRecording) -> None:
     with above:
         measures(found, name=estimate_name, fits=fits, truth=truth)
         frame_problems(fit, agreements, is_inspected=opened.is_inspected(fit.pair, frame))
+        hull = None if beside is None else (beside[0], beside[1].hull)
         if fit.hull.ok:
-            hull = None if beside is None else (beside[0], beside[1].hull)
             hull_plots(opened, fit, beside=hull, estimated=estimated)
     reprojections(opened, best, fit, frame=frame, points=shape.points, agreements=agreements)
     if fit.hull.ok:
         hull_downloads(opened.id, fit)
-        pin_button("the hull", lambda: hull_pins(opened, fit), key="hull")
+        numbers = measured_numbers(found, name=estimate_name, fits=fits)
+        pin_button("the hull", lambda: hull_pins(opened, fit, beside=hull, numbers=numbers), key="hull")
 
 
 show_panel(fit_panel, opened)

@@ -17,7 +17,8 @@ from corsmal.dataset.ids import ID_PATTERN
 from corsmal.detection.coco import read_coco_results
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.evaluation import read_estimates
-from corsmal.ui.url import Choice, from_params, to_params
+from corsmal.ui.choice import Choice
+from corsmal.ui.url import from_params, to_params
 from tests.tiny import CALIBRATED_SIZE, tiny_cameras, write_audio, write_calibration, write_tiny_dataset
 
 QUICK = settings(

@@ -13,6 +13,7 @@ from corsmal.dataset.findings import Finding, in_order
 from corsmal.dataset.ids import recording_id
 from corsmal.dataset.layout import VIEWS, Recording, scan
 from corsmal.dataset.published import CUTS_S, cut_findings, cut_s
+from corsmal.digests import digest
 from corsmal.errors import FileError, NotFoundError
 
 EXPECTED = "view1/rgb/000618.mp4, view1/calib/000618.pickle, audio/000618.wav and an annotation (.json or .csv)"
@@ -90,6 +91,14 @@ class Dataset:
     def ids(self) -> tuple[str, ...]:
         """The recordings' ids, in order."""
         return tuple(self._recordings)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Eight hexadecimal digits of the recordings' ids and what is annotated: the same wherever the set is copied.
+
+        No recording is read, and which files are there does not count, unless there is no annotation to name them.
+        """
+        return digest("dataset", [(recording.id, recording.annotation) for recording in self])[:8]
 
     @cached_property
     def table(self) -> pd.DataFrame:

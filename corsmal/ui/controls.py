@@ -8,6 +8,8 @@ from corsmal.errors import ArgumentError
 from corsmal.parameters import HeightRange, HeightReference
 
 HEIGHT_LIMIT_MM = 2000.0
+PADDING_MAX_PX = 80
+"""Around a restored mask's box."""
 
 
 class Number(NamedTuple):

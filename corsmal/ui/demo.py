@@ -4,7 +4,7 @@ import streamlit as st
 
 from corsmal.synthetic import ANNOTATION_FILE, DemoProgress, write_demo
 from corsmal.ui import shared
-from corsmal.ui.folders import demo_folder, full_demo_folder
+from corsmal.ui.folders import demo_folder, full_demo_folder, is_read_only
 from corsmal.ui.following import follow
 from corsmal.ui.jobs import Job, Priority
 
@@ -27,7 +27,9 @@ def show_demo(folder: str, folder_key: str) -> None:
     is_made = (full_demo_folder() / ANNOTATION_FILE).is_file()
     is_shown = folder == str(full_demo_folder())
     is_running, state = follow(KEY, unit="%", is_narrow=True), shared.jobs().state(KEY)
-    if not is_running and (state != "done" or not is_made):  # the latter after somebody deleted it
+    if (
+        not is_running and not is_read_only() and (state != "done" or not is_made)
+    ):  # the latter after somebody deleted it
         st.button(
             MAKE,
             on_click=begin,

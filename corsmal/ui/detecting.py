@@ -14,6 +14,7 @@ from corsmal.quantities import duration_text
 from corsmal.stages.search import detect_recording, search_frames
 from corsmal.stages.settings import SEARCH_STEP, DetectorSettings, Method, find_detector
 from corsmal.ui import session, shared
+from corsmal.ui.folders import READ_ONLY, is_read_only
 from corsmal.ui.following import follow, shows
 from corsmal.ui.jobs import Job, Priority
 from corsmal.ui.messages import plain
@@ -116,7 +117,7 @@ def _begin_by_itself(opened: OpenedRecording) -> None:
     """Search a recording that nobody inspected, unless that was stopped, failed or is too slow here."""
     job = shared.jobs().get(opened.job_key)
     is_new = job is None or (job.is_left and job.state == "cancelled")
-    if not is_new or _is_searched(opened):
+    if not is_new or is_read_only() or _is_searched(opened):
         return
     settings = automatic_detector(opened.recording)
     if settings is not None and (_expected_s(opened, settings) or 0.0) <= BY_ITSELF_S:
@@ -129,6 +130,9 @@ def _offer(opened: OpenedRecording) -> None:
     counts = open_views(opened)
     lacking = [name for name, count in counts.items() if len(found.views.get(name, ())) < count]
     if not lacking:
+        return
+    if is_read_only():
+        st.caption(f":material/lock: Not every frame of {', '.join(lacking)} was inspected. {READ_ONLY}")
         return
     if any(name not in found.views for name in lacking):
         weights = "" if automatic_detector(recording) else _why_not(recording)

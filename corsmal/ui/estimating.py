@@ -15,9 +15,9 @@ from corsmal.stages.moments import kept_estimate, moments_s
 from corsmal.stages.settings import EstimateSettings, default_settings
 from corsmal.ui import session, shared
 from corsmal.ui.caching import cached
+from corsmal.ui.choice import ESTIMATE, SHOWN
 from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording, by_detections
-from corsmal.ui.url import ESTIMATE, SHOWN
 
 
 def estimate_control() -> None:

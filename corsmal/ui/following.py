@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import streamlit as st
 
 from corsmal.ui import shared
+from corsmal.ui.folders import is_read_only
 from corsmal.ui.jobs import Job, Viewer, progress_text
 from corsmal.ui.messages import plain
 
@@ -83,6 +84,7 @@ def _watch(key: str, unit: str, shown: int, *, is_narrow: bool, show: Callable[[
         "Stop",
         key=f"stop {key}",
         on_click=job.cancel,
+        disabled=is_read_only(),
         help="What was done is kept.",
         icon=":material/stop:",
         width="stretch",

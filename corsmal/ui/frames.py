@@ -97,11 +97,24 @@ def detections_table(detections: Detections, *, centre_rule: CentreRule) -> pd.D
 
 def picture_pins(opened: OpenedRecording, best: BestFrame, frame: int) -> list[Pin]:
     """The frame of both views with their masks, to be pinned for a report."""
+    score = next((item for item in best.scores if item.frame == frame), None)
+    found = {view: opened.detections.views.get(view) for view in best.pair}
+    numbers = {} if score is None or score.total is None else {"View Scores of the pair": f"{score.total:,} px"}
+    if best.score is not None:
+        numbers["Best frame"] = f"{best.frame}, {best.score.total:,} px"
     return [
         Pin(
             f"{opened.id}, {view}, frame {frame}",
             content=opened.picture(view, frame, best.centre_rule),
             medium="image/jpeg",
+            numbers=numbers,
+            parameters={
+                "pair of views": " + ".join(best.pair),
+                "centre rule": best.centre_rule,
+                "detections": "none" if detections is None else detections.source,
+            },
+            recording=opened.id,
+            frame=frame,
         )
-        for view in best.pair
+        for view, detections in found.items()
     ]

@@ -10,6 +10,7 @@ from weakref import WeakSet
 
 from corsmal.errors import CorsmalError
 from corsmal.quantities import duration_text
+from corsmal.ui.folders import check_may_change
 
 TURN_S = 0.2
 """A job that waits for its turn looks this often whether it was asked to stop."""
@@ -173,6 +174,7 @@ class Jobs:
         *,
         priority: Priority = Priority.RUN,
         is_automatic: bool = False,
+        is_for_guests: bool = False,
     ) -> Job:
         """Start work, or return the job that already does it.
 
@@ -182,7 +184,13 @@ class Jobs:
             work: called with the job in another thread; it calls ``advance`` and heeds ``cancelled``.
             priority: whose turn it is.
             is_automatic: whether it ends when no session shows its results any more, see ``show``.
+            is_for_guests: whether a read-only server does it, too: what a page cannot be seen without.
+
+        Raises:
+            RefusedError: the server is read-only.
         """
+        if not is_for_guests:
+            check_may_change()
         with self._changed:
             job = self._jobs.get(key)
             if job is not None and job.active:

@@ -18,11 +18,12 @@ from corsmal.mass import AxisRule, MassPrediction, filling_mass_g
 from corsmal.parameters import FRONTAL_VIEW, ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame
+from corsmal.ui import session
 from corsmal.ui.amounts import filling_text, grams, mass_error, measure, total
+from corsmal.ui.controls import PADDING_MAX_PX
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.filling import sound
 from corsmal.ui.linked_plot import Slider, linked_plot
-from corsmal.ui.mass_network import PADDING, PADDING_MAX_PX
 from corsmal.ui.mass_numbers import INPUTS, Numbers
 from corsmal.ui.messages import guarded, plain
 from corsmal.ui.opened import OpenedRecording
@@ -124,7 +125,16 @@ def problems(fit: Fit, prediction: MassPrediction, *, is_asked: bool) -> None:
         st.warning(plain(f"Nothing was restored: {prediction.restored.reason}."), icon=":material/warning:")
 
 
-def pictures(opened: OpenedRecording, mask: Mask, prediction: MassPrediction, *, frame: int, resize: str) -> None:
+def pictures(
+    opened: OpenedRecording,
+    mask: Mask,
+    prediction: MassPrediction,
+    *,
+    frame: int,
+    resize: str,
+    axis: AxisRule,
+    padding_px: int,
+) -> None:
     """The mask before and after, against the truth, and as the network sees it; padding is dragged below."""
     restored, amodal = prediction.restored, None
     if prediction.network_input is None:
@@ -144,7 +154,7 @@ def pictures(opened: OpenedRecording, mask: Mask, prediction: MassPrediction, *,
         figure,
         key="restoration",
         label=f"The mask of {FRONTAL_VIEW}, frame {frame}, before and after restoration",
-        sliders=[Slider("padding_px", label, 0, PADDING_MAX_PX, 1, st.session_state[PADDING], "px")],
+        sliders=[Slider("padding_px", label, 0, PADDING_MAX_PX, 1, padding_px, "px")],
         height_px=400,
         revision=f"{opened.id} {frame} {restored.crop}",
     )
@@ -152,7 +162,22 @@ def pictures(opened: OpenedRecording, mask: Mask, prediction: MassPrediction, *,
         notes = "; ".join(restored.notes)
         st.caption(f":material/info: {plain(notes[0].upper() + notes[1:])}.")
     title = f"Mask of {opened.id}, {FRONTAL_VIEW}, frame {frame}"
-    pin_button("the masks", lambda: [Pin(title, go.Figure(figure))], key="masks")
+    numbers = {} if prediction.mass_g is None else {"Container mass": grams(prediction.mass_g)}
+    parameters = {"preset of the shape": session.choice().estimate_name, "axis": axis, "padding": f"{padding_px} px"}
+    pin_button(
+        "the masks",
+        lambda: [
+            Pin(
+                title,
+                go.Figure(figure),
+                numbers=numbers,
+                parameters=parameters,
+                recording=opened.id,
+                frame=frame,
+            )
+        ],
+        key="masks",
+    )
 
 
 def sensitivity(opened: OpenedRecording, numbers: Numbers, curves_g: dict[str, NDArray[np.float64]]) -> None:

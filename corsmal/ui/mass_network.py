@@ -11,6 +11,7 @@ from corsmal.mass.restoration import PADDING_PX
 from corsmal.stages.training_facts import shape_name, trained_shape
 from corsmal.ui import session
 from corsmal.ui.caching import cached
+from corsmal.ui.controls import PADDING_MAX_PX
 from corsmal.ui.linked_plot import PlotEvent
 from corsmal.ui.messages import guarded, plain
 from corsmal.ui.one_of import one_of
@@ -19,8 +20,6 @@ from corsmal.weights import WeightsFile, find_weights
 if TYPE_CHECKING:
     from corsmal.mass import MassPredictor
 
-PADDING = "mass_padding_px"
-PADDING_MAX_PX = 80
 RULES: dict[AxisRule, str] = {"base": "base (paper)", "whole": "whole outline"}
 
 
@@ -55,15 +54,17 @@ def axis_control(network: "MassPredictor | None") -> AxisRule:
         "`base`: perpendicular to the lower edge, through its middle. `whole`: the axis about which most of the "
         f"outline is symmetric, whatever the base. The network was trained with `{trained}`."
     )
-    return one_of("Axis from", RULES, key="mass_axis", default=trained, help_text=text)
+    return one_of("Axis from", RULES, key="mass_axis", default=trained, help_text=text, field="axis")
 
 
 def dragged_padding_px(event: PlotEvent, network: "MassPredictor | None") -> int:
     """The padding around the mask's box after what the user dragged, within the limits; at first the network's."""
     first = PADDING_PX if network is None else network.config.padding_px
-    padding = event.values.get("padding_px", st.session_state.get(PADDING, first))
-    st.session_state[PADDING] = int(min(max(round(padding), 0), PADDING_MAX_PX))
-    return int(st.session_state[PADDING])
+    if "padding_px" in event.values:
+        dragged = int(min(max(round(event.values["padding_px"]), 0), PADDING_MAX_PX))
+        session.choose(settled=event.settled, padding_px=None if dragged == first else dragged)
+    chosen = session.choice().padding_px
+    return first if chosen is None else chosen
 
 
 def trained_otherwise(network: "MassPredictor", *, axis: AxisRule, padding_px: int) -> None:

@@ -7,9 +7,10 @@ import pandas as pd
 import streamlit as st
 
 from corsmal.dataset import Dataset
+from corsmal.ui import session
 
 UNKNOWN = "unknown"
-LACKS = {None: "all", "video": "with a video", "complete": "with nothing missing"}
+LACKS = {"all": "all", "video": "with a video", "complete": "with nothing missing"}
 """Which recordings to list, by what is on disk."""
 COLUMNS = {
     "picture": st.column_config.ImageColumn("", width="small"),
@@ -21,7 +22,7 @@ COLUMNS = {
     "missing": st.column_config.TextColumn("missing", width="medium"),
 }
 FILTERS = ("container", "filling", "level", "scenario")
-LACKS_FILTER, TABLE, SELECTED = "lacks", "recordings_table", "recordings_selected"
+LACKS_KEY, TABLE, SELECTED = "filter_lacks", "recordings_table", "recordings_selected"
 NO_VIDEO = "view1 video, view2 video, view3 video"
 SCENARIOS = {0: "on the table", 1: "held", 2: "brought in"}
 
@@ -57,7 +58,7 @@ def recordings_table(table: pd.DataFrame) -> pd.DataFrame:
     return shown.join(table[[*numbers, "missing"]])
 
 
-def filter_table(shown: pd.DataFrame, *, chosen: Mapping[str, Iterable[str]], lacks: str | None = None) -> pd.DataFrame:
+def filter_table(shown: pd.DataFrame, *, chosen: Mapping[str, Iterable[str]], lacks: str = "all") -> pd.DataFrame:
     """The rows whose columns hold one of the chosen values; an empty choice keeps all.
 
     Args:
@@ -72,7 +73,7 @@ def filter_table(shown: pd.DataFrame, *, chosen: Mapping[str, Iterable[str]], la
     missing = shown["missing"]
     if lacks == "complete":
         keep &= missing == ""
-    elif lacks is not None:
+    elif lacks == "video":
         keep &= missing.map(has_video)
     return shown[keep]
 
@@ -95,24 +96,31 @@ def filter_controls(shown: pd.DataFrame) -> None:
     """The filters, which last as long as the session looks at one dataset."""
     *columns, last = st.columns(len(FILTERS) + 1)
     for column, name in zip(columns, FILTERS, strict=True):
-        column.multiselect(
-            name.capitalize(), sorted(shown[name].unique()), key=_filter_key(name), persist_state="session"
-        )
+        options = sorted(shown[name].unique())
+        session.keep_among(name, options)
+        key = f"filter_{name}"
+        st.session_state[key] = [value for value in getattr(session.choice(), name) if value in options]
+        column.multiselect(name.capitalize(), options, key=key, on_change=_filtered, args=(name, key))
+    st.session_state[LACKS_KEY] = session.choice().lacks
     last.selectbox(
         "Recordings",
         list(LACKS),
-        1,
         format_func=LACKS.__getitem__,
-        key=_filter_key(LACKS_FILTER),
-        persist_state="session",
+        key=LACKS_KEY,
+        on_change=lambda: session.choose(lacks=st.session_state[LACKS_KEY]),
     )
+
+
+def _filtered(name: str, key: str) -> None:
+    chosen: dict[str, Any] = {name: tuple(st.session_state[key])}
+    session.choose(**chosen)
 
 
 def listed(dataset: Dataset) -> pd.DataFrame:
     """The rows of ``all_recordings`` that pass the session's filters."""
-    state = st.session_state
-    chosen = {name: state.get(_filter_key(name), ()) for name in FILTERS}
-    return filter_table(all_recordings(dataset), chosen=chosen, lacks=state.get(_filter_key(LACKS_FILTER), "video"))
+    shown, current = all_recordings(dataset), session.choice()
+    chosen = {name: set(getattr(current, name)) & set(shown[name]) for name in FILTERS}
+    return filter_table(shown, chosen=chosen, lacks=current.lacks)
 
 
 def newly_clicked(selection: Any, *, key: str) -> int | None:
@@ -129,13 +137,3 @@ def newly_clicked(selection: Any, *, key: str) -> int | None:
     if cells and cells != cells_before:
         return cells[0]
     return rows[0] if rows and rows != rows_before else None
-
-
-def forget_filters() -> None:
-    """Filter nothing but recordings without a video: of another dataset."""
-    for name in (*FILTERS, LACKS_FILTER):
-        st.session_state.pop(_filter_key(name), None)
-
-
-def _filter_key(name: str) -> str:
-    return f"filter_{name}"

@@ -14,6 +14,7 @@ from starlette.routing import Route
 
 from corsmal.digests import digest
 from corsmal.errors import CorsmalError
+from corsmal.ui.base_path import with_base
 from corsmal.ui.linked_plot import plotly_route
 
 if TYPE_CHECKING:
@@ -65,13 +66,13 @@ _playbacks: "Shown[Playback]" = Shown(PLAYBACKS_MAX)
 
 
 def routes() -> list[Route]:
-    """The routes to give to ``st.App``."""
-    named = [Route(f"/{name}", _page) for name in PAGE_PATHS]
+    """The routes to give to ``st.App``, below the server's base path."""
+    named = [Route(with_base(f"/{name}"), _page) for name in PAGE_PATHS]
     return [
         plotly_route(),
-        Route("/thumbnails/{dataset}/{recording}.jpg", _thumbnail),
-        Route("/playback/{playback}/sound/{channel:int}.wav", _sound),
-        Route("/playback/{playback}/{view}/{frame:int}.jpg", _picture),
+        Route(with_base("/thumbnails/{dataset}/{recording}.jpg"), _thumbnail),
+        Route(with_base("/playback/{playback}/sound/{channel:int}.wav"), _sound),
+        Route(with_base("/playback/{playback}/{view}/{frame:int}.jpg"), _picture),
         *named,
     ]
 
@@ -80,7 +81,7 @@ def thumbnail_urls(dataset: "Dataset", ids: list[str]) -> list[str]:
     """Addresses of recordings' thumbnails; only datasets that a page has shown are served."""
     name = digest("dataset", str(dataset.root))
     _datasets.put(name, dataset)
-    return [f"/thumbnails/{name}/{recording}.jpg" for recording in ids]
+    return [with_base(f"/thumbnails/{name}/{recording}.jpg") for recording in ids]
 
 
 def playback_url(playback: "Playback", key: object) -> str:
@@ -92,7 +93,7 @@ def playback_url(playback: "Playback", key: object) -> str:
     """
     name = digest("playback", key)
     _playbacks.put(name, playback)
-    return f"/playback/{name}/"
+    return with_base(f"/playback/{name}/")
 
 
 def _page(request: Request) -> Response:

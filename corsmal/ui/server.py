@@ -14,7 +14,7 @@ PAGES_AFTER_S, NETWORKS_AFTER_S = 0.3, 20.0
 """When to load, s after the start: what pages need while the browser loads Streamlit, the rest after the first page."""
 
 OF_PAGES = (
-    "corsmal.ui.session",
+    "corsmal.ui.sidebar",
     "corsmal.ui.opened",
     "corsmal.ui.detecting",
     "corsmal.ui.linked_plot.component",

@@ -1,95 +1,57 @@
-"""What the user has chosen, and how it stands in the address bar.
+"""How what the user has chosen stands in the address bar.
 
 Only what differs from the defaults is written. What cannot be read keeps its default and is reported in one
 sentence, so that a mistyped address never looks like an answer.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple, get_args
 
 from corsmal.dataset.audio import CHANNELS
 from corsmal.errors import ArgumentError
-from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange, ShapeParameters
+from corsmal.figures.hull import Scope
+from corsmal.mass import AxisRule
+from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange
 from corsmal.selection import Pair
-from corsmal.ui.controls import PARAMETERS, Number, read_number
+from corsmal.ui.choice import NOTHING, SHOWN, Choice, View, differences
+from corsmal.ui.controls import PADDING_MAX_PX, PARAMETERS, Number, Switch, read_number
 
-ESTIMATE, SHOWN = "tuned", "shown"
-"""The estimate over the whole recording: the preset unless another is chosen, and what says that it has ``shape``."""
+NAME_MAX = 80
+BETWEEN = "~"
+"""What separates several values of a parameter."""
+
+CAMERA_DIGITS, CAMERA_MAX = 3, 100.0
+DATASET = re.compile(r".{1,80}-[0-9a-f]{8}")
 
 
-@dataclass(frozen=True)
-class Choice:
-    """What the user has chosen.
+class Field(NamedTuple):
+    """A field of ``Choice`` in the address: its name there is how a link says it.
 
     Args:
-        recording: id; None: the first one.
-        pair: views of the fit; None: the pair that the estimate used.
-        frame: frame index; None: the best frame.
-        shape: parameters of the fit.
-        crop_s: start and end of the filling network's input, in hundredths of a second; None: the whole.
-        channel: microphone that is drawn and played, from 0; None: the mean of all.
-        estimate: preset of the estimate over the whole recording, or ``SHOWN``; None: ``tuned``, which gives intervals.
+        name: of the field.
+        parse: what reads it; raises an ``ArgumentError`` that says what was expected.
+        write: what writes it.
     """
 
-    recording: str | None = None
-    pair: Pair | None = None
-    frame: int | None = None
-    shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
-    crop_s: tuple[float, float] | None = None
-    channel: int | None = None
-    estimate: str | None = None
-
-    @property
-    def preset(self) -> str:
-        """The preset that the parameters are nearest to: of the same method the one with the fewest differences."""
-        alike = [name for name, preset in SHAPE_PRESETS.items() if preset.method == self.shape.method]
-        return min(alike, key=lambda name: len(_differences(self.shape, SHAPE_PRESETS[name])))
-
-    @property
-    def shape_name(self) -> str:
-        """The parameters of the fit, for people."""
-        return self.preset if self.is_preset else f"{self.preset}, own values"
-
-    @property
-    def estimate_name(self) -> str:
-        """The parameters of the estimate over the whole recording, for people."""
-        return self.shape_name if self.estimate == SHOWN else self.estimate or ESTIMATE
-
-    @property
-    def estimate_preset(self) -> str:
-        """The preset that the parameters of the estimate over the whole recording are, or are nearest to."""
-        return self.preset if self.estimate == SHOWN else self.estimate or ESTIMATE
-
-    @property
-    def estimated_shape(self) -> ShapeParameters:
-        """The parameters of the estimate over the whole recording."""
-        return self.shape if self.estimate == SHOWN else SHAPE_PRESETS[self.estimate or ESTIMATE]
-
-    @property
-    def is_preset(self) -> bool:
-        """Whether the parameters are exactly a preset's."""
-        return self.shape == SHAPE_PRESETS[self.preset]
-
-
-def estimate_of(shape: ShapeParameters) -> str | None:
-    """What ``Choice.estimate`` is where the shown parameters are also those of the estimate."""
-    name = next((name for name, preset in SHAPE_PRESETS.items() if preset == shape), SHOWN)
-    return None if name == ESTIMATE else name
+    name: str
+    parse: Callable[[str], Any]
+    write: Callable[[Any], str] = str
 
 
 def to_params(choice: Choice) -> dict[str, str]:
     """The address' query parameters of a choice: only what differs from the defaults."""
-    params = {} if choice.recording is None else {"recording": choice.recording}
+    params = {}
     for short, (name, _, write) in FIELDS.items():
         value = getattr(choice, name)
-        if value is not None:
+        if value != DEFAULTS[name]:
             params[short] = write(value)
     if choice.preset != "paper":
         params["preset"] = choice.preset
-    differences = _differences(choice.shape, SHAPE_PRESETS[choice.preset])
-    return params | {PARAMETERS[name].short: _text(value) for name, value in differences.items()}
+    changed = differences(choice.shape, SHAPE_PRESETS[choice.preset])
+    return params | {PARAMETERS[name].short: value_text(value) for name, value in changed.items()}
 
 
 def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
@@ -103,8 +65,8 @@ def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
         the caller to find out.
     """
     problems: list[str] = []
-    choice = Choice(params.get("recording"))
-    unknown = sorted(set(params) - {"recording", *READERS})
+    choice = Choice()
+    unknown = sorted(set(params) - set(READERS))
     if unknown:
         problems.append(f"The address has unknown parameters: {', '.join(unknown)[:80]!r}.")
     for short, read in READERS.items():
@@ -116,19 +78,20 @@ def from_params(params: Mapping[str, str]) -> tuple[Choice, tuple[str, ...]]:
     return choice, tuple(problems)
 
 
-def _differences(shape: ShapeParameters, preset: ShapeParameters) -> dict[str, Any]:
-    return {name: getattr(shape, name) for name in PARAMETERS if getattr(shape, name) != getattr(preset, name)}
-
-
-def _text(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """A parameter as an address says it."""
     if isinstance(value, HeightRange):
         return f"{value.reference}:{value.low_mm:g}:{value.high_mm:g}"
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _preset(text: str) -> str:
-    if text not in SHAPE_PRESETS:
-        raise ArgumentError(f"available presets: {', '.join(SHAPE_PRESETS)}")
+    return _one_of(text, *SHAPE_PRESETS, what="presets")
+
+
+def _one_of(text: str, *options: str, what: str = "values") -> str:
+    if text not in options:
+        raise ArgumentError(f"available {what}: {', '.join(options)}")
     return text
 
 
@@ -143,6 +106,23 @@ def _with_shape(choice: Choice, text: str, *, name: str) -> Choice:
 
 def _with_preset(choice: Choice, text: str) -> Choice:
     return replace(choice, shape=SHAPE_PRESETS[_preset(text)])
+
+
+def _name(text: str) -> str:
+    """Whatever people may call a thing; whether there is one of that name is for the page to find out."""
+    if not text.strip() or len(text) > NAME_MAX or not text.isprintable():
+        raise ArgumentError(f"expected 1 to {NAME_MAX} printable characters")
+    return text
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(_name(part) for part in text.split(BETWEEN))
+
+
+def _dataset(text: str) -> str:
+    if not DATASET.fullmatch(text) or not text.isprintable():
+        raise ArgumentError("expected the dataset's name, '-' and the eight digits of its fingerprint")
+    return text
 
 
 def _pair(text: str) -> Pair:
@@ -167,14 +147,70 @@ def _crop(text: str) -> tuple[float, float]:
     return start_s, end_s
 
 
-FIELDS: dict[str, tuple[str, Callable[[str], Any], Callable[[Any], str]]] = {
-    "pair": ("pair", _pair, "-".join),
-    "frame": ("frame", _frame, str),
-    "crop": ("crop_s", _crop, lambda crop_s: "-".join(f"{end_s:.2f}" for end_s in crop_s)),
-    "estimate": ("estimate", lambda text: text if text == SHOWN else _preset(text), str),
-    "ch": ("channel", lambda text: Number("ch", "", 1, CHANNELS, 1).parse(text) - 1, lambda channel: str(channel + 1)),
+def _camera(text: str) -> View:
+    return camera_view([read_number(part, whole=False) for part in text.split("_")])
+
+
+def camera_view(numbers: Sequence[float]) -> View:
+    """A view of the hull from six numbers, rounded as the address holds them.
+
+    Raises:
+        ArgumentError: they are not six numbers of at most ``CAMERA_MAX``.
+    """
+    if len(numbers) != 6 or not all(abs(number) <= CAMERA_MAX for number in numbers):
+        raise ArgumentError(f"expected six numbers from -{CAMERA_MAX:g} to {CAMERA_MAX:g}: eye and centre")
+    x, y, z, *centre = (round(number, CAMERA_DIGITS) + 0.0 for number in numbers)
+    return x, y, z, centre[0], centre[1], centre[2]
+
+
+def _whole(low: int, high: int) -> Callable[[str], int]:
+    return lambda text: int(Number("", "", low, high, 1).parse(text))
+
+
+def _options(*options: str) -> Callable[[str], str]:
+    return lambda text: _one_of(text, *options)
+
+
+def _switch(text: str) -> bool:
+    return Switch("", "").parse(text)
+
+
+FIELDS: dict[str, Field] = {
+    "dataset": Field("dataset", _dataset),
+    "recording": Field("recording", str),
+    "pair": Field("pair", _pair, "-".join),
+    "frame": Field("frame", _frame),
+    "crop": Field("crop_s", _crop, lambda crop_s: "-".join(f"{end_s:.2f}" for end_s in crop_s)),
+    "estimate": Field("estimate", lambda text: text if text == SHOWN else _preset(text)),
+    "ch": Field("channel", lambda text: _whole(1, CHANNELS)(text) - 1, lambda channel: str(channel + 1)),
+    "compare": Field("compared", lambda text: text if text == NOTHING else _preset(text)),
+    "scope": Field("scope", _options(*get_args(Scope))),
+    "errors": Field("shows_errors", _switch),
+    "axes": Field("has_axes", _switch),
+    "camera": Field("camera", _camera, lambda view: "_".join(f"{number:g}" for number in view)),
+    "axis": Field("axis", _options(*get_args(AxisRule))),
+    "padding": Field("padding_px", _whole(0, PADDING_MAX_PX)),
+    "container": Field("container", _names, BETWEEN.join),
+    "filling": Field("filling", _names, BETWEEN.join),
+    "level": Field("level", _names, BETWEEN.join),
+    "scenario": Field("scenario", _names, BETWEEN.join),
+    "files": Field("lacks", _options("all", "complete")),
+    "view": Field("view", _name),
+    "run": Field("run", _name),
+    "section": Field("section", _name),
+    "protocol": Field("protocol", _name),
+    "metric": Field("metric", _name),
+    "classes": Field("classes", _name),
+    "beside": Field("beside", _name),
+    "against": Field("against", _name),
+    "within": Field("within_percent", Number("", "", 1, 100, 1.0, "%").parse, value_text),
+    "rows": Field("rows", _names, BETWEEN.join),
+    "failed": Field("only_failed", _switch),
+    "pins": Field("collection", _name),
 }
 """By name in the address: the field of a choice, and how it is read and written."""
+
+DEFAULTS: dict[str, Any] = {name: getattr(Choice(), name) for name, _, _ in FIELDS.values()}
 
 READERS: dict[str, Callable[[Choice, str], Choice]] = {
     "preset": _with_preset,

@@ -73,7 +73,7 @@ class Visitor:
 
     def drag(self, plot: str, **values: float) -> None:
         """Drag sliders of a linked plot: only the part of the page runs that holds it, as in a browser."""
-        [part] = self.test._fragment_storage._fragments
+        *_, part = self.test._fragment_storage._fragments  # the first one is the tray of pins
         with patch.object(local_script_runner, "RerunData", partial(RerunData, fragment_id=part)):
             self.report(plot, values=values, settled=False)
 
@@ -105,10 +105,15 @@ class Visitor:
             self.test.run()
 
     @property
-    def address(self) -> dict[str, str]:
+    def link(self) -> dict[str, str]:
         """The query parameters that the app wrote."""
         params = self.test.query_params.items()
         return {name: value if isinstance(value, str) else value[-1] for name, value in params}
+
+    @property
+    def address(self) -> dict[str, str]:
+        """What the address says of the dataset that is open."""
+        return {name: value for name, value in self.link.items() if name != "dataset"}
 
     @property
     def crashes(self) -> list[str]:

@@ -43,13 +43,20 @@ def test_address_without_a_recording_keeps_its_frame(tiny_dataset_root: Path) ->
     assert visitor.frame == 2
 
 
-@pytest.mark.parametrize("page", ["recordings", "frames", "shape"])
-def test_unknown_recording_is_said_once_and_another_shown(tiny_dataset_root: Path, page: str) -> None:
-    visitor = Visitor(tiny_dataset_root, recording="000999", frame="3", pair="view3-view2").open(page)
+def test_unknown_recording_is_said_and_none_is_shown_instead(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root, recording="000999", frame="3", pair="view3-view2").open("shape")
     assert visitor.crashes == []
-    assert len(visitor.warnings) == 1
-    assert "'000999'" in visitor.warnings[0]
+    [error] = visitor.errors
+    assert "000999" in error
+    assert "does not have: nothing of it is shown" in error
+    assert (visitor.plots, visitor.metrics) == ({}, {})
+    visitor.press(f"Open {tiny_dataset_root.name} without the link")
     assert visitor.address == {"recording": "000000"}
+    assert "Capacity" in visitor.metrics
+
+
+def test_a_recordings_number_is_its_id(tiny_dataset_root: Path) -> None:
+    assert Visitor(tiny_dataset_root, recording="1", frame="2").address == {"recording": "000001", "frame": "2"}
 
 
 @pytest.mark.parametrize("page", ["frames", "shape"])
@@ -108,8 +115,8 @@ def test_what_stood_in_an_address_is_shown_as_it_is(sound_root: Path, text: str)
 
 
 def test_each_wrong_parameter_has_its_own_warning_and_a_choice_ends_them(sound_root: Path) -> None:
-    visitor = Visitor(sound_root, recording="9", frame="-1", L="x").open("shape")
-    assert len(visitor.warnings) == 3
+    visitor = Visitor(sound_root, recording="000000", frame="-1", L="x").open("shape")
+    assert len(visitor.warnings) == 2
     visitor.report("hull", values={"circumferences": 99}, settled=True)
     visitor.test.run()
     assert visitor.warnings == []

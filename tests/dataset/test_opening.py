@@ -131,6 +131,23 @@ def test_recordings_are_the_union_of_files_and_annotation(tmp_path: Path) -> Non
     assert dataset["000002"].annotation is None
 
 
+def test_fingerprint_is_of_ids_and_annotation_and_stays_when_files_are_moved_or_missing(
+    tiny_dataset_root: Path, tmp_path: Path
+) -> None:
+    [annotation] = tiny_dataset_root.glob("*.json")
+    first, there = open_dataset(tiny_dataset_root).fingerprint, tmp_path / "elsewhere"
+    (there / "audio").mkdir(parents=True)
+    shutil.copyfile(annotation, there / annotation.name)
+    assert open_dataset(there).fingerprint == first
+    assert len(first) == 8
+    (there / annotation.name).write_text(annotation.read_text().replace('"container id": 4', '"container id": 5'))
+    changed = open_dataset(there).fingerprint
+    (there / annotation.name).unlink()
+    for number in range(3):
+        (there / "audio" / f"{number:06d}.wav").touch()
+    assert len({first, changed, open_dataset(there).fingerprint}) == 3
+
+
 def test_files_that_are_no_recordings_are_ignored(tmp_path: Path) -> None:
     _touch(
         tmp_path,

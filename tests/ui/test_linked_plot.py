@@ -11,7 +11,7 @@ from streamlit.testing.v1 import AppTest
 
 from corsmal.errors import ArgumentError
 from corsmal.ui.linked_plot import Click, PlotEvent, Slider, Span, plotly_route
-from corsmal.ui.linked_plot.assets import PLOTLY_URL
+from corsmal.ui.linked_plot.assets import plotly_url
 from corsmal.ui.linked_plot.component import figure_json
 from corsmal.ui.linked_plot.events import parse_event
 
@@ -171,6 +171,6 @@ def test_parts_go_to_the_browser_as_a_checked_figure_would() -> None:
 def test_plotly_js_comes_from_the_installed_package() -> None:
     route = plotly_route()
     response = asyncio.run(route.endpoint(None))
-    assert route.path == PLOTLY_URL
+    assert route.path == plotly_url()
     assert response.media_type == "text/javascript"
     assert "plotly.js" in Path(response.path).read_text(encoding="utf-8")[:200]

@@ -1,9 +1,10 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import pytest
 
 from corsmal.parameters import HeightRange, ShapeParameters
-from corsmal.ui.url import Choice, from_params, to_params
+from corsmal.ui.choice import Choice
+from corsmal.ui.url import FIELDS, from_params, to_params
 
 CHOICES = [
     Choice(),
@@ -21,12 +22,29 @@ CHOICES = [
     Choice(
         "1", None, None, ShapeParameters(fit_rule="all", width_rule="widest", radius_min_mm=0.5, radius_max_mm=99.5)
     ),
+    Choice("000618", dataset="train set-0a1b2c3d", compared="nothing", scope="cameras", shows_errors=True),
+    Choice("1", has_axes=True, camera=(1.25, -0.5, 0.001, 0.0, 0.0, -99.999), axis="whole", padding_px=0),
+    Choice("1", container=("red cup", "tea box"), filling=("rice",), level=("half",), scenario=("held",), lacks="all"),
+    Choice("1", view="reproduction", run="a run & more", section="Errors", protocol="paper", metric="mass_mape"),
+    Choice("1", classes="filling_level", beside="counts", against="b", within_percent=12.0, collection="μ-group"),
+    Choice("1", rows=("red cup",), only_failed=True),
 ]
 
 
 @pytest.mark.parametrize("choice", CHOICES)
 def test_an_address_opens_what_it_was_written_for(choice):
     assert from_params(to_params(choice)) == (choice, ())
+
+
+def test_every_field_of_a_choice_is_in_the_address():
+    assert {field.name for field in fields(Choice)} == {"shape"} | {name for name, _, _ in FIELDS.values()}
+
+
+def test_a_cameras_place_is_rounded_once():
+    choice, problems = from_params({"camera": "0.1_-0.0_1.23456_0_2_3"})
+    assert choice.camera == (0.1, 0.0, 1.235, 0.0, 2.0, 3.0)
+    assert to_params(choice)["camera"] == "0.1_0_1.235_0_2_3"
+    assert not problems
 
 
 def test_defaults_stay_out_of_the_address():
@@ -67,6 +85,23 @@ def test_defaults_stay_out_of_the_address():
         ({"ch": "9"}, "1–8"),
         ({"ch": "mean"}, "whole"),
         ({"colour": "red"}, "colour"),
+        ({"dataset": "train"}, "fingerprint"),
+        ({"dataset": "../../etc/passwd"}, "fingerprint"),
+        ({"dataset": "a\nb-0a1b2c3d"}, "fingerprint"),
+        ({"compare": "best"}, "paper, lode"),
+        ({"scope": "room"}, "container, cameras"),
+        ({"errors": "1"}, "True or False"),
+        ({"camera": "1_2_3"}, "six numbers"),
+        ({"camera": "1_2_3_4_5_nan"}, "finite"),
+        ({"camera": "1_2_3_4_5_1e9"}, "six numbers"),
+        ({"axis": "left"}, "base, whole"),
+        ({"padding": "81"}, "0–80"),
+        ({"files": "some"}, "all, complete"),
+        ({"container": "red cup~"}, "printable"),
+        ({"run": " "}, "printable"),
+        ({"run": "x" * 81}, "printable"),
+        ({"section": "\x07"}, "printable"),
+        ({"within": "0"}, "1–100"),
     ],
 )
 def test_what_cannot_be_read_is_reported_and_left_at_its_default(params, word):

@@ -14,6 +14,7 @@ from corsmal.runs.run import Run
 from corsmal.ui import shared
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
+from corsmal.ui.folders import READ_ONLY, is_read_only
 from corsmal.ui.following import follow
 from corsmal.ui.jobs import Job, Priority
 from corsmal.ui.linked_plot import linked_plot
@@ -50,7 +51,7 @@ def attribution_section(judged: Judged) -> None:
         height_px=100 + 44 * changed["stage"].nunique(),
         revision=run.name,
     )
-    metric = one_of("By container", METRIC_NAMES, key="attribution_metric", default="capacity_mape")
+    metric = one_of("By container", METRIC_NAMES, key="attribution_metric", default="capacity_mape", field="metric")
     by_container = changed[changed["container"] != AVERAGE]
     linked_plot(
         blame_figure(by_container, rows="container", columns="stage", value=f"{metric}_removed", label="removed"),
@@ -72,6 +73,9 @@ def _long(averages: pd.DataFrame) -> pd.DataFrame:
 
 
 def _offer(key: str, run: Run, dataset: Dataset) -> None:
+    if is_read_only():
+        st.caption(f":material/lock: The errors of this run were not attributed to stages. {READ_ONLY}")
+        return
     stages = known_stages(dataset[row["recording_id"]] for row in run.rows if row["recording_id"] in dataset)
     st.info(
         f"Estimate the run again with one stage after the other replaced by the truth: {', '.join(stages)} and filling."

@@ -5,12 +5,12 @@ import streamlit as st
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.figures.evaluation import comparison_figure
 from corsmal.runs.run import Run
+from corsmal.ui import session
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged, runs
 from corsmal.ui.evaluation.links import clicked_row
 from corsmal.ui.linked_plot import linked_plot, plot_event
 
-METRIC = "comparison_metric"
 THRESHOLD_PERCENT = 20.0
 
 
@@ -25,18 +25,25 @@ def comparison_section(judged: Judged) -> None:
             icon=":material/compare_arrows:",
         )
         return
-    name = st.selectbox(
-        f"Is {run.name} better than", list(others), key="comparison_other", format_func=lambda each: f"{each} ?"
+    session.keep_among("against", others)
+    wanted, state = session.choice().against, st.session_state
+    state["comparison_other"] = name = wanted if wanted in others else next(iter(others))
+    st.selectbox(
+        f"Is {run.name} better than",
+        list(others),
+        key="comparison_other",
+        format_func=lambda each: f"{each} ?",
+        on_change=lambda: session.choose(against=state["comparison_other"]),
     )
-    first = others[str(name)]
+    first = others[name]
     table = judged.compared_with(first)
     metrics = list(dict.fromkeys(table["metric"]))
     click = plot_event("comparison").click
     if click is not None:
         by_name = {METRIC_NAMES[metric]: metric for metric in metrics}
-        st.session_state[METRIC] = by_name.get(str(click.customdata), metrics[0])
-    wanted = st.session_state.get(METRIC, "capacity_mape")
-    metric = wanted if wanted in metrics else metrics[0]
+        session.choose(metric=by_name.get(str(click.customdata), metrics[0]))
+    chosen = session.choice().metric or "capacity_mape"
+    metric = chosen if chosen in metrics else metrics[0]
     averages = table[table["container"] == AVERAGE].assign(metric_name=lambda rows: rows["metric"].map(METRIC_NAMES))
     left, right = st.columns(2)
     with left:
@@ -67,14 +74,16 @@ def comparison_section(judged: Judged) -> None:
 
 
 def _changed(first: Run, judged: Judged) -> None:
-    threshold = st.slider(
+    state, key = st.session_state, "sides_threshold"
+    state[key] = threshold = session.choice().within_percent or THRESHOLD_PERCENT
+    st.slider(
         "A quantity is right when its error is at most (%)",
         1.0,
         100.0,
-        THRESHOLD_PERCENT,
-        1.0,
+        step=1.0,
         format="%d",
-        key="sides_threshold",
+        key=key,
+        on_change=lambda: session.choose(within_percent=state[key]),
     )
     changed = judged.changed_from(first, threshold_percent=threshold)
     counts = changed["change"].value_counts()

@@ -1,17 +1,22 @@
 """What every section of the Evaluation page may end with: notes, tables as files, the estimates themselves."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import pandas as pd
+import plotly.graph_objects as go
 import streamlit as st
 
 from corsmal.dataset import Dataset
 from corsmal.evaluation import ENDINGS, TABLE_FORMATS, export_table, submission_csv, submission_table
 from corsmal.evaluation.exporting import TableFormat
+from corsmal.evaluation.typesetting import TITLES
+from corsmal.figures.pins import Pin
+from corsmal.figures.style import Part
 from corsmal.runs.run import Run
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.evaluation.judged import Judged
+from corsmal.ui.pins import pin_button
 
 NAMES: dict[TableFormat, str] = {"csv": "CSV", "latex": "LaTeX", "html": "HTML", "markdown": "Markdown"}
 
@@ -41,6 +46,34 @@ def estimates_file(run: Run) -> bytes:
 def submission_file(run: Run, dataset: Dataset) -> bytes:
     """The challenge's file as ``submit`` writes it."""
     return submission_csv(submission_table(run.table, recordings=dataset.ids)).encode()
+
+
+def pin_figure(
+    judged: Judged, figure: go.Figure | Part, *, title: str, key: str, numbers: Mapping[str, str] | None = None
+) -> None:
+    """A button that pins a figure of a run, with what the run was made with.
+
+    Args:
+        judged: the run.
+        figure: what is shown.
+        title: what it is.
+        key: of the button.
+        numbers: what it shows, with units.
+    """
+    run = judged.run
+    pin_button(
+        "the figure",
+        lambda: [
+            Pin(
+                f"{title}, run {run.name}",
+                go.Figure(figure),
+                numbers=numbers or {},
+                parameters={"protocol": TITLES[judged.protocol], **run.facts()},
+                run=run.name,
+            )
+        ],
+        key=key,
+    )
 
 
 def notes(sentences: tuple[str, ...]) -> None:

@@ -8,6 +8,7 @@ from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE
 from corsmal.figures.evaluation import spread_figure
 from corsmal.figures.heatmaps import confusion_figure
 from corsmal.quantities import BY_NAME
+from corsmal.ui.evaluation.downloads import pin_figure
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.evaluation.links import FOCUS, Focus, beside_list, focus_container, open_recording
 from corsmal.ui.linked_plot import linked_plot, plot_event
@@ -25,7 +26,9 @@ def spread_section(judged: Judged) -> None:
         st.info("No estimate of this run can be compared with the annotation.", icon=":material/info:")
         return
     default = "capacity_mape" if "capacity_mape" in known else None
-    metric = one_of("Metric", {each: METRIC_NAMES[each] for each in known}, key="spread_metric", default=default)
+    metric = one_of(
+        "Metric", {each: METRIC_NAMES[each] for each in known}, key="spread_metric", default=default, field="metric"
+    )
     is_class = METRICS[metric] in CLASS_NAMES
     click = plot_event("spread").click
     if click is not None and isinstance(click.customdata, str):
@@ -34,9 +37,11 @@ def spread_section(judged: Judged) -> None:
         focus_container(errors, section=SPREAD, metric=metric, container=click.customdata)
     bars = _bars(container_table(errors), metric)
     points = None if is_class else errors[["container", "failed"]].assign(error=errors[METRICS[metric]])
+    measured = f"{METRIC_NAMES[metric]}, {'MPF1' if is_class else 'MAPE'}"
+    figure = spread_figure(bars, points, metric=measured, unit="%")
     with beside_list(judged, section=SPREAD):
         linked_plot(
-            spread_figure(bars, points, metric=f"{METRIC_NAMES[metric]}, {'MPF1' if is_class else 'MAPE'}", unit="%"),
+            figure,
             key="spread",
             label=f"{METRIC_NAMES[metric]} by container",
             height_px=110 + 34 * len(bars),
@@ -46,12 +51,14 @@ def spread_section(judged: Judged) -> None:
         "The worst container first. Click a bar to list its recordings"
         + ("." if is_class else ", a point to open that recording on the page of its stage. Right of zero: too large.")
     )
+    numbers = {str(row["container"]): f"{row['value']:.1f} %" for row in bars.to_dict("records")}
+    pin_figure(judged, figure, title=f"{measured}, by container", key="spread", numbers=numbers)
 
 
 def confusion_section(judged: Judged) -> None:
     """Fig. 3: which class is predicted for which, by cup, glass and box."""
     run, errors = judged.run, judged.errors()
-    quantity = one_of("Classes", CLASSES, key="confusion_quantity")
+    quantity = one_of("Classes", CLASSES, key="confusion_quantity", field="classes")
     tables = {kind: table for kind, table in confusion_tables(errors, quantity).items() if table.to_numpy().any()}
     if not tables:
         st.info(
@@ -71,14 +78,16 @@ def confusion_section(judged: Judged) -> None:
             title = f"{kind}, {click.y} taken for {click.x}"
             st.session_state[FOCUS] = Focus(CONFUSION, title, BY_NAME[quantity].metric, tuple(behind.index))
     with beside_list(judged, section=CONFUSION):
+        figure = confusion_figure(tables)
         linked_plot(
-            confusion_figure(tables),
+            figure,
             key="confusion",
             label=f"Confusion of {quantity.replace('_', ' ')} by kind of container",
             height_px=400,
             revision=f"{run.name} {quantity}",
         )
     st.caption("Counts of recordings; colours are shares of the true class. Click a cell to list its recordings.")
+    pin_figure(judged, figure, title=f"Confusion of the {CLASSES[quantity].lower()}", key="confusion")
 
 
 def _bars(table: pd.DataFrame, metric: str) -> pd.DataFrame:

@@ -14,9 +14,9 @@ from corsmal.parameters import PAIRS
 from corsmal.quantities import BY_METRIC, QUANTITIES
 from corsmal.runs.run import Run
 from corsmal.ui import session
+from corsmal.ui.choice import OF_RECORDING, estimate_of
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.messages import plain
-from corsmal.ui.url import estimate_of
 
 FOCUS = "evaluation_focus"
 STAGE_PAGES = {quantity.metric: quantity.stage for quantity in QUANTITIES} | {"failures": "frames"}
@@ -154,9 +154,7 @@ def open_recording(run: Run, recording: str, *, metric: str) -> None:
         recording=recording,
         shape=shape,
         estimate=estimate_of(shape),
-        frame=row.get("best_frame"),
-        pair=pair if pair in PAIRS else None,
-        crop_s=None,
+        **OF_RECORDING | {"frame": row.get("best_frame"), "pair": pair if pair in PAIRS else None},
     )
     page = STAGE_PAGES[metric] if metric != "failures" else _failed_stage(row)
     st.switch_page(f"pages/{page}.py")

@@ -24,6 +24,7 @@ from corsmal.runs.reproduction_settings import (
 )
 from corsmal.ui import shared
 from corsmal.ui.evaluation.runs import detector_settings
+from corsmal.ui.folders import allowed_folder
 from corsmal.ui.jobs import Job
 from corsmal.ui.messages import guarded
 from corsmal.ui.one_of import one_of
@@ -86,7 +87,7 @@ def _settings(dataset: Dataset) -> ReproductionSettings:
         placeholder="log-mel features of the sound",
         help="A folder of arrays, ID.npy, for the filling network.",
     ).strip()
-    folder = Path(features).expanduser() if features else None
+    folder = Path(allowed_folder(features)).expanduser() if features else None
     check_features(folder)
     return ReproductionSettings(
         protocol=protocol,
@@ -108,7 +109,7 @@ def _test_sets() -> list[Dataset]:
         placeholder="/data/corsmal/test_pub",
         help="Each gets its submission, and its scores where it is annotated (Table 3).",
     )
-    return [shared.dataset(line.strip()) for line in folders.splitlines() if line.strip()]
+    return [shared.dataset(allowed_folder(line.strip())) for line in folders.splitlines() if line.strip()]
 
 
 def _show_plan(steps: list[PlannedStep]) -> None:

@@ -48,10 +48,10 @@ def report_section(judged: Judged) -> None:
         st.info(
             "Nothing is pinned yet: the pages have a *Pin* button under what they show.", icon=":material/push_pin:"
         )
-    for index, pin in enumerate(chosen):
-        left, right = st.columns([8, 1], vertical_alignment="center")
-        left.markdown(f":material/push_pin: {plain(pin.title)}")
-        right.button("Remove", key=f"unpin_{index}", on_click=chosen.remove, args=(pin,), icon=":material/close:")
+    for pin in chosen:
+        st.markdown(f":material/push_pin: {plain(pin.title)}")
+    if chosen:
+        st.caption("Order them, write notes and remove them in *Pins* in the sidebar.")
     report = partial(
         report_html, f"Run {run.name}", banner=STAMPS[protocol], tables=tables, pins=chosen, parameters=parameters
     )

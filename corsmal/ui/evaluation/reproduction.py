@@ -28,6 +28,7 @@ from corsmal.ui.evaluation.judged import Judged, has_truth
 from corsmal.ui.evaluation.leaderboard import scores_table
 from corsmal.ui.evaluation.new_reproduction import job_key, new_reproduction
 from corsmal.ui.evaluation.tables import container_section
+from corsmal.ui.folders import READ_ONLY, data_root, is_read_only
 from corsmal.ui.following import follow
 from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import guarded, plain
@@ -49,8 +50,11 @@ def reproduction_section(dataset: Dataset) -> None:
             "The reproduction was stopped. What was done is kept: started again with the same settings, it resumes.",
             icon=":material/pause_circle:",
         )
-    with st.expander("New reproduction", expanded=not (kept or is_running), icon=":material/add:"):
-        new_reproduction(dataset, out, is_running=is_running)
+    if is_read_only():
+        st.caption(f":material/lock: {READ_ONLY}")
+    else:
+        with st.expander("New reproduction", expanded=not (kept or is_running), icon=":material/add:"):
+            new_reproduction(dataset, out, is_running=is_running)
     chosen = _chosen(kept)
     if chosen is not None:
         with guarded():
@@ -60,9 +64,12 @@ def reproduction_section(dataset: Dataset) -> None:
 def _output_folder(dataset: Dataset) -> Path:
     """The folder of networks, tables and report; one that the command line wrote shows its results here."""
     own = f"{dataset.name}-{digest('dataset', str(dataset.root))[:8]}"
+    usual = shared.store().root.resolve() / "reproductions" / own
+    if is_read_only() or data_root() is not None:  # visitors name no folder to be written to
+        return usual
     text = st.text_input(
         "Output folder",
-        str(shared.store().root.resolve() / "reproductions" / own),
+        str(usual),
         key=f"reproduction_out {own}",
         help="For networks, tables and the report. With the folder of `python -m corsmal reproduce ROOT --out`, its "
         "results are shown below, and an interrupted command is resumed.",

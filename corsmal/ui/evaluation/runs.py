@@ -20,13 +20,13 @@ from corsmal.stages.settings import (
 from corsmal.ui import session, shared
 from corsmal.ui.detecting import detector_control
 from corsmal.ui.evaluation.judged import runs
+from corsmal.ui.folders import READ_ONLY, check_may_change, is_read_only
 from corsmal.ui.following import follow
 from corsmal.ui.jobs import Job
 from corsmal.ui.messages import guarded, plain
 from corsmal.ui.one_of import one_of
 from corsmal.weights import find_weights
 
-RUN = "evaluation_run"
 OWN = "as on the Shape page"
 
 
@@ -34,13 +34,27 @@ def chosen_run(dataset: Dataset) -> Run | None:
     """The run that is shown, under the controls for it; None while there is none."""
     found, key = runs(dataset), job_key(dataset)
     is_running = shared.jobs().is_active(key)
+    is_lost = _is_lost(found)
     if not found and not is_running:
         _without_runs(dataset)
-    run = _picker(dataset, found) if found else None
+    run = _picker(dataset, found, is_lost=is_lost) if found else None
     follow(key)
     if run is not None:
         _about(dataset, run, is_running=is_running)
     return run
+
+
+def _is_lost(found: list[Run]) -> bool:
+    """Whether a link names a run that is not kept here, which the page then says."""
+    wanted = session.choice().run
+    if not session.is_linked("run") or wanted in [run.name for run in found]:
+        return False
+    st.error(
+        f"The link shows the run **{plain(str(wanted))}**, which is not kept on this server. Other runs have other "
+        "numbers: none is shown until you choose one.",
+        icon=":material/link_off:",
+    )
+    return True
 
 
 def job_key(dataset: Dataset) -> str:
@@ -55,23 +69,34 @@ def _without_runs(dataset: Dataset) -> None:
         "listed here too.",
         icon=":material/play_circle:",
     )
+    if is_read_only():
+        st.caption(f":material/lock: {READ_ONLY}")
+        return
     with st.container(border=True):
         _new_run(dataset, [])
 
 
-def _picker(dataset: Dataset, found: list[Run]) -> Run:
+def _picker(dataset: Dataset, found: list[Run], *, is_lost: bool) -> Run | None:
     by_name = {run.name: run for run in found}
-    wanted = st.session_state.get(RUN)  # a run that was started a moment ago may not be kept yet
-    run = by_name.get(str(wanted), found[0])
+    wanted = session.choice().run  # a run that was started a moment ago may not be kept yet
+    run = None if is_lost else by_name.get(str(wanted), found[0])
     left, middle, right = st.columns([5, 1.4, 1.4], vertical_alignment="bottom")
-    st.session_state["run_picker"] = run.name
+    st.session_state["run_picker"] = None if run is None else run.name
     left.selectbox(
         "Run",
         list(by_name),
         key="run_picker",
         format_func=lambda name: _label(by_name[name]),
-        on_change=lambda: st.session_state.update({RUN: st.session_state["run_picker"]}),
+        on_change=lambda: session.choose(run=st.session_state["run_picker"]),
+        placeholder="Choose a run",
     )
+    if run is None:
+        return None
+    if wanted is None:
+        session.choose(settled=False, run=run.name)
+        session.write_address()
+    if is_read_only():
+        return run
     job = shared.jobs().get(job_key(dataset))
     # A popover stays open until another one takes its place: once something was started in it
     state = f"{run.name} {None if job is None else job.started_s}"
@@ -105,7 +130,9 @@ def _about(dataset: Dataset, run: Run, *, is_running: bool) -> None:
         f"This run is incomplete: {len(run.rows)} of {len(run.recordings)} recordings are estimated.",
         icon=":material/pause_circle:",
     )
-    right.button("Resume", icon=":material/play_arrow:", on_click=start, args=_resumed(dataset, run), width="stretch")
+    if not is_read_only():
+        resumed = _resumed(dataset, run)
+        right.button("Resume", icon=":material/play_arrow:", on_click=start, args=resumed, width="stretch")
 
 
 def _new_run(dataset: Dataset, taken: list[str]) -> None:
@@ -130,7 +157,7 @@ def _new_run(dataset: Dataset, taken: list[str]) -> None:
         st.caption(f":material/info: {plain(left_out)}")
     is_running = shared.jobs().is_active(job_key(dataset))
     if st.button("Run", type="primary", icon=":material/play_arrow:", disabled=not ids or is_running, key="start_run"):
-        st.session_state[RUN] = name.strip()
+        session.choose(run=name.strip())
         start(dataset, name, ids, settings)
         st.rerun()
     if is_running:
@@ -208,4 +235,5 @@ def _delete_control(run: Run) -> None:
 def _delete(run: Run, asked: str) -> None:
     st.session_state.pop(asked, None)
     with guarded():
+        check_may_change()
         delete_run(run.name, dataset=run.dataset, store=shared.store())

@@ -34,13 +34,13 @@ SECTIONS = {
 
 def section_control() -> str:
     """Choose what is shown."""
-    return one_of("", {name: name for name in SECTIONS}, key="section_control")
+    return one_of("", {name: name for name in SECTIONS}, key="section_control", field="section")
 
 
 def _protocol_control() -> Protocol:
     """Choose which numbers count, and say so where some are in-sample."""
     help_text = "Filling and mass come from networks. " + " ".join(STAMPS.values())
-    protocol = one_of("Numbers that count", TITLES, key="protocol_control", help_text=help_text)
+    protocol = one_of("Numbers that count", TITLES, key="protocol_control", help_text=help_text, field="protocol")
     if protocol == "in-sample":
         st.warning(f"**{STAMPS[protocol]}**", icon=":material/warning:")
     return protocol

@@ -14,6 +14,7 @@ from corsmal.runs.sweep import SETTINGS, Grid, load_sweep, sweep_run
 from corsmal.ui import session, shared
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
+from corsmal.ui.folders import READ_ONLY, is_read_only
 from corsmal.ui.following import follow
 from corsmal.ui.jobs import Job, Priority
 from corsmal.ui.linked_plot import linked_plot, plot_event
@@ -40,6 +41,9 @@ def sweep_section(judged: Judged) -> None:
     rows = load_sweep(run, grid, store=shared.store())
     if rows is not None:
         _heat_map(pd.DataFrame(rows), dataset, run)
+        return
+    if is_read_only():
+        st.caption(f":material/lock: These settings were not swept. {READ_ONLY}")
         return
     label = f"Sweep {len(counts) * len(steps_mm)} settings over {len(ids)} recordings"
     if st.button(label, type="primary", icon=":material/grid_on:", key="start_sweep"):
@@ -75,7 +79,7 @@ def _heat_map(rows: pd.DataFrame, dataset: Dataset, run: Run) -> None:
     table = sweep_table(rows, dataset.table, settings=SETTINGS)
     table["mean_mape"] = table[list(MEASURED.values())].mean(axis=1)
     names = {"mean_mape": "Mean of the four"} | {metric: METRIC_NAMES[metric] for metric in MEASURED.values()}
-    metric = one_of("Error of", names, key="sweep_metric")
+    metric = one_of("Error of", names, key="sweep_metric", field="metric")
     click = plot_event("sweep").click
     if click is not None and isinstance(click.customdata, list) and len(click.customdata) == len(SETTINGS) + 2:
         count, step_mm = click.customdata[:2]

@@ -14,6 +14,7 @@ from corsmal.evaluation import METRICS, PROTOCOLS, comparison_note, container_ta
 from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.evaluation.typesetting import TITLES, UNLIKE
+from corsmal.ui import session
 from corsmal.ui.evaluation.downloads import downloads, submission
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.evaluation.links import beside_list, clicked_row, focus_container
@@ -40,7 +41,7 @@ def container_section(judged: Judged) -> None:
     left, right = st.columns([5, 3], vertical_alignment="bottom")
     with left:
         names = {side: name for side, (name, _, _) in SIDES.items()} | {"nothing": "nothing"}
-        side = one_of("Beside each number", names, key="table_side")
+        side = one_of("Beside each number", names, key="table_side", field="beside")
     others = [name for name in PROTOCOLS if name != protocol]
     more = right.pills(
         "Further column groups", others, selection_mode="multi", format_func=TITLES.__getitem__, key=f"more {protocol}"
@@ -162,8 +163,13 @@ def rows_section(judged: Judged) -> None:
     """Every recording of the run with its errors, to be filtered and sorted."""
     run, errors = judged.run, judged.errors()
     left, right = st.columns([3, 1], vertical_alignment="bottom")
-    containers = left.multiselect("Container", sorted(errors["container"].unique()), key="rows_container")
-    only_failed = right.toggle("Failed only", key="rows_failed")
+    names = sorted(errors["container"].unique())
+    session.keep_among("rows", names)
+    state = st.session_state
+    state["rows_container"] = [name for name in session.choice().rows if name in names]
+    state["rows_failed"] = session.choice().only_failed
+    containers = left.multiselect("Container", names, key="rows_container", on_change=_filtered)
+    only_failed = right.toggle("Failed only", key="rows_failed", on_change=_filtered)
     rows = errors[errors["container"].isin(containers)] if containers else errors
     rows = rows[rows["failed"]] if only_failed else rows
     st.caption(
@@ -179,6 +185,10 @@ def rows_section(judged: Judged) -> None:
     clicked_row(shown, run=run, metric="capacity_mape", key=key, height=min(560, 38 + 35 * max(1, len(rows))))
     downloads(rows.reset_index(), name=f"{run.name}_errors")
     submission(judged)
+
+
+def _filtered() -> None:
+    session.choose(rows=tuple(st.session_state["rows_container"]), only_failed=st.session_state["rows_failed"])
 
 
 def _metric_of(column: str) -> str:

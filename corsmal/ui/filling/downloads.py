@@ -33,15 +33,30 @@ def downloads(opened: OpenedRecording, *, crop_s: sound.Seconds | None, has_answ
             }
         )
     with right:
-        pin_button("the sound", lambda: [_clip(opened, crop_s)], key="sound")
+        pin_button("the sound", lambda: [_clip(opened, crop_s, has_answer=has_answer)], key="sound")
 
 
-def _clip(opened: OpenedRecording, crop_s: sound.Seconds | None) -> Pin:
+def _clip(opened: OpenedRecording, crop_s: sound.Seconds | None, *, has_answer: bool) -> Pin:
     """The crop, as it is pinned for a report."""
     channel = session.choice().channel
     part = "whole recording" if crop_s is None else "{:.2f} to {:.2f} s".format(*crop_s)
     title = f"Sound of {opened.id}, {media.channel_name(channel)}, {part}"
-    return Pin(title, content=sound.wav(opened, channel, crop_s), medium="audio/wav")
+    numbers, parameters = {}, {"heard": media.channel_name(channel), "crop": part}
+    if has_answer:
+        prediction = sound.prediction(opened, crop_s)
+        kind, level = prediction.pair or (0, 0)
+        answers = {"Filling type": TYPE_NAMES[kind], "Filling level": LEVEL_NAMES[level]}
+        shares = prediction.probabilities
+        numbers = {label: f"{answer}, {100 * shares[answer]:.0f} %" for label, answer in answers.items()}
+        parameters["filling network"] = sound.predictor().digest[:8]
+    return Pin(
+        title,
+        content=sound.wav(opened, channel, crop_s),
+        medium="audio/wav",
+        numbers=numbers,
+        parameters=parameters,
+        recording=opened.id,
+    )
 
 
 def windows_table(windows: Sequence[FillingPrediction]) -> pd.DataFrame:

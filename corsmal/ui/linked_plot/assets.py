@@ -8,15 +8,21 @@ from starlette.requests import Request
 from starlette.responses import FileResponse
 from starlette.routing import Route
 
+from corsmal.ui.base_path import with_base
+
 HERE: Final = Path(__file__).parent
 
-PLOTLY_URL: Final = f"/corsmal/plotly-{importlib.metadata.version('plotly')}.min.js"
-"""Where the app serves plotly.js; the version is in the name so that browsers may keep the file for good."""
+_PATH: Final = f"/corsmal/plotly-{importlib.metadata.version('plotly')}.min.js"
+
+
+def plotly_url() -> str:
+    """Where the app serves plotly.js; the version is in the name so that browsers may keep the file for good."""
+    return with_base(_PATH)
 
 
 def plotly_route() -> Route:
     """The route that serves plotly.js from this machine, to be given to ``st.App(routes=...)``."""
-    return Route(PLOTLY_URL, _plotly_js)
+    return Route(plotly_url(), _plotly_js)
 
 
 def read_asset(name: str, *, folder: Path = HERE) -> str:

@@ -24,7 +24,7 @@ from plotly.io.json import to_json_plotly
 
 from corsmal.errors import ArgumentError
 from corsmal.figures.style import Part
-from corsmal.ui.linked_plot.assets import PLOTLY_URL, read_asset
+from corsmal.ui.linked_plot.assets import plotly_url, read_asset
 from corsmal.ui.linked_plot.events import PlotEvent, Slider, Span, parse_event
 
 ARRAY_TYPES = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")
@@ -33,7 +33,7 @@ ARRAY_TYPES = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")
 _component = st.components.v2.component(
     "corsmal.linked_plot",
     css=read_asset("linked_plot.css"),
-    js="".join(map(read_asset, ("linked_plot.js", "reports.js", "span.js", "cursor.js"))),
+    js="".join(map(read_asset, ("linked_plot.js", "reports.js", "span.js", "cursor.js", "camera.js"))),
     isolate_styles=False,
 )
 
@@ -48,6 +48,8 @@ def linked_plot(
     span: Span | None = None,
     frame_on_x: float | None = None,
     revision: str = "",
+    follows_camera: bool = False,
+    camera: Sequence[float] | None = None,
 ) -> None:
     """Show a figure that keeps its camera and reports what the user does with it.
 
@@ -64,6 +66,8 @@ def linked_plot(
         frame_on_x: the length of one frame on the x-axis: a line marks where the page's time line stands, and a click
             on a point goes to its frame instead of being reported.
         revision: camera, zoom and hidden traces stay while this stays the same.
+        follows_camera: whether the page keeps the camera of a plot in 3D, see ``PlotEvent.camera``.
+        camera: where that is, as the page keeps it; None: where the figure has it.
 
     Raises:
         ArgumentError: two range inputs or ends share a name, or the height is not positive.
@@ -83,8 +87,10 @@ def linked_plot(
             "span": None if span is None else asdict(span),
             "frame_on_x": frame_on_x,
             "revision": revision or key,
+            "follows_camera": follows_camera,
+            "camera": None if camera is None else list(camera),
             "acknowledged": acknowledged(key),
-            "plotly_url": PLOTLY_URL,
+            "plotly_url": plotly_url(),
         },
         on_report_change=no_callback,
     )
@@ -102,16 +108,25 @@ def plot_event(key: str) -> PlotEvent:
     Raises:
         ArgumentError: the browser sent something that cannot be read.
     """
+    return parse_event(fresh_report(key))
+
+
+def fresh_report(key: str) -> dict[str, Any]:
+    """What a component of ours reports, once; empty when the run has another cause.
+
+    Args:
+        key: its key.
+    """
     report: dict[str, Any] = (st.session_state.get(key) or {}).get("report") or {}
     sequence = report.get("sequence", 0)
     if sequence <= acknowledged(key):
-        return PlotEvent()
+        return {}
     st.session_state[_acknowledged_key(key)] = sequence
-    return parse_event(report)
+    return report
 
 
 def acknowledged(key: str) -> int:
-    """The number of the last report that ``plot_event`` handed out."""
+    """The number of the last report that was handed out."""
     number: int = st.session_state.get(_acknowledged_key(key), 0)
     return number
 

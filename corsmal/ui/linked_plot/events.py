@@ -104,6 +104,8 @@ class PlotEvent:
     Args:
         click: the point that was clicked, only in the run that the click caused.
         values: values of the range inputs and ends of the span that the user moved, by name, likewise.
+        camera: from where the user now looks at a plot in 3D, once it has come to rest: x, y and z of Plotly's eye and
+            centre; only in the run that this caused.
         settled: False while something is being dragged, a key is held or frames are played: more is coming, keep slow
             work for later.
     """
@@ -111,6 +113,7 @@ class PlotEvent:
     click: Click | None = None
     values: Mapping[str, float] = field(default_factory=dict)
     settled: bool = True
+    camera: tuple[float, ...] | None = None
 
 
 def parse_event(report: Mapping[str, Any]) -> PlotEvent:
@@ -128,10 +131,11 @@ def parse_event(report: Mapping[str, Any]) -> PlotEvent:
             click=_click(report["click"]) if report.get("click") else None,
             values={str(name): float(value) for name, value in values.items()},
             settled=bool(report.get("settled", True)),
+            camera=tuple(float(value) for value in report["camera"]) if report.get("camera") else None,
         )
     except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
         raise ArgumentError(f"a linked plot sent a report that cannot be read ({error!r}); reload the page") from error
-    if not all(map(math.isfinite, event.values.values())):
+    if not all(map(math.isfinite, (*event.values.values(), *(event.camera or ())))):
         raise ArgumentError("a linked plot sent a value that is not a finite number; reload the page")
     return event
 

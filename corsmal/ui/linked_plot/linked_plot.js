@@ -27,6 +27,7 @@ class LinkedPlot {
     this.sliders = new Map();
     this.reports = new Reports(this.root);
     this.cursor = new PlayheadCursor(this);
+    this.camera = new FollowedCamera(this);
     this.drawn = ""; // the figure, its size and its colours, as last given to Plotly
     this.queue = Promise.resolve();
     const fit = () => this.ready && this.figure.clientWidth > 0 && window.Plotly.Plots.resize(this.figure);
@@ -37,6 +38,7 @@ class LinkedPlot {
   remove() {
     this.resizer.disconnect();
     this.cursor.remove();
+    this.camera.remove();
     this.reports.end();
     if (this.ready) window.Plotly.purge(this.figure);
     this.root.remove();
@@ -51,25 +53,28 @@ class LinkedPlot {
     // Drawn one after the other, and only the newest: answers that come faster than Plotly draws are skipped.
     this.queue = this.queue.then(async () => {
       if (data !== this.data) return;
-      await this.draw(data);
+      await this.draw(data, data.follows_camera && settled && this.camera.isToMove(data.camera));
       this.reports.acknowledge(data.acknowledged);
     });
   }
 
-  async draw(data) {
+  async draw(data, movesCamera) {
     const theme = this.theme();
     const drawn = [data.figure, data.height, data.revision, JSON.stringify(theme)].join("\n");
-    if (drawn === this.drawn) return;
+    if (drawn === this.drawn && !movesCamera) return;
     try {
       const Plotly = await loadPlotly(data.plotly_url);
       const { data: traces, layout = {} } = JSON.parse(data.figure);
       const config = { displaylogo: false, showSendToCloud: false };
       Object.assign(layout, { template: theme, height: data.height, uirevision: data.revision, autosize: true });
       delete layout.width;
+      const first = layout.scene?.camera;
       if (!this.ready) this.figure.replaceChildren();
-      else if (this.revision === data.revision) this.keepCameras(layout);
+      if (this.ready && this.revision === data.revision) this.keepCameras(layout);
+      else if (data.camera) layout.scene.camera = plotlyCamera(data.camera);
       await Plotly.react(this.figure, traces, layout, config);
       if (!this.ready) this.listen();
+      if (movesCamera) await this.camera.move(data.camera, first);
       Object.assign(this, { ready: true, drawn, revision: data.revision });
       this.placeOverlays();
     } catch (error) {
@@ -114,6 +119,9 @@ class LinkedPlot {
       if (!this.cursor.follow(point.x)) this.reports.add({ click: clickOf(point) });
     });
     this.figure.on("plotly_afterplot", () => this.placeOverlays());
+    this.figure.on("plotly_relayout", (change) => {
+      if (this.data.follows_camera && Object.keys(change).some((name) => name.startsWith("scene.camera"))) this.camera.report();
+    });
   }
 
   placeOverlays() {

@@ -58,7 +58,7 @@ class Reports {
   // Whether the server's values are the answer to everything that was reported.
   follow(acknowledged) {
     this.sequence = Math.max(this.sequence, acknowledged);
-    return acknowledged >= this.sequence && !this.pending?.values;
+    return acknowledged >= this.sequence && !this.pending?.values && !this.pending?.camera && !this.pending?.actions;
   }
 
   end() {

@@ -48,7 +48,9 @@ def begin(opened: OpenedRecording, networks: Predictors) -> Job | None:
 def _start(opened: OpenedRecording, networks: Predictors) -> Job:
     work = _work(opened, networks, times_s(opened), shared.store())
     key = _key(opened, networks)
-    return shared.jobs().start(key, "What was known when", work, priority=Priority.NOW, is_automatic=True)
+    return shared.jobs().start(
+        key, "What was known when", work, priority=Priority.NOW, is_automatic=True, is_for_guests=True
+    )
 
 
 def _restart(opened: OpenedRecording, networks: Predictors) -> None:

@@ -1,24 +1,29 @@
 """What the numbers come from: the views with their masks, the hull, the restored mask, the sound."""
 
+from collections.abc import Mapping
+
 import streamlit as st
 
-from corsmal.errors import CorsmalError
-from corsmal.estimation import Estimate
+from corsmal.errors import CorsmalError, NotFoundError
+from corsmal.estimation import Estimate, Fit
 from corsmal.figures import hull_figure
 from corsmal.figures.answer import answer_figure
+from corsmal.figures.pins import Pin
 from corsmal.figures.restoration import restored_figure
 from corsmal.mass import restore_mask
 from corsmal.parameters import FRONTAL_VIEW, PAIRS
 from corsmal.ui import session
 from corsmal.ui.filling import sound
 from corsmal.ui.filling.answer import HEADS
-from corsmal.ui.linked_plot import linked_plot
+from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.messages import guarded, plain
 from corsmal.ui.opened import OpenedRecording, show_panel
+from corsmal.ui.overview.numbers import Tile
 from corsmal.ui.overview.tiles import page_link
+from corsmal.ui.shape.parameters import parameter_texts, turned
 from corsmal.ui.time_line import time_line
 
-HEIGHT_PX = 330
+HULL, HEIGHT_PX = "overview_hull", 330
 
 
 def views(opened: OpenedRecording, found: Estimate) -> None:
@@ -39,15 +44,44 @@ def hull(opened: OpenedRecording, found: Estimate) -> None:
     if found.fit is None or not found.fit.hull.ok:
         st.caption(plain("; ".join(found.notes)) or "Nothing was fitted.")
         return
+    show_panel(lambda opened: _hull_plot(opened, found.fit), opened)
+
+
+def _hull_plot(opened: OpenedRecording, fit: Fit | None) -> None:
+    if fit is None:
+        return
+    if changes := turned(plot_event(HULL)):
+        session.choose(**changes)
     linked_plot(
-        hull_figure.parts(
-            found.fit.hull, found.fit.dimensions, cameras=opened.cameras, preset=session.choice().estimate_preset
-        ),
-        key="overview_hull",
+        hull_figure.parts(fit.hull, fit.dimensions, cameras=opened.cameras, preset=session.choice().estimate_preset),
+        key=HULL,
         label="Hull and circumferences in 3D",
         height_px=HEIGHT_PX,
         revision=opened.id,
+        follows_camera=True,
+        camera=session.choice().camera if session.choice().scope is None else None,
     )
+
+
+def answer_pins(opened: OpenedRecording, found: Estimate, tiles: Mapping[str, Tile]) -> list[Pin]:
+    """The hull with all numbers of the page, to be pinned."""
+    fit, current = found.fit, session.choice()
+    if fit is None:
+        raise NotFoundError(f"nothing was fitted in recording {opened.id}: there is no hull to pin")
+    preset = current.estimate_preset
+    return [
+        Pin(
+            f"Answers for {opened.id}, {current.estimate_name}",
+            hull_figure(fit.hull, fit.dimensions, cameras=opened.cameras, preset=preset),
+            numbers={
+                label: " · ".join(filter(None, (tile.value, tile.interval, tile.verdict)))
+                for label, tile in tiles.items()
+            },
+            parameters=parameter_texts(current.estimated_shape, name=current.estimate_name),
+            recording=opened.id,
+            frame=fit.frame,
+        )
+    ]
 
 
 def mask(opened: OpenedRecording, found: Estimate) -> None:

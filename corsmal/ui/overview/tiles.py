@@ -28,6 +28,7 @@ class Tiles:
             for first in range(0, len(PENDING), PER_ROW)
             for column in st.columns(len(PENDING[first : first + PER_ROW]), gap="small")
         ]
+        self.shown: dict[str, Tile] = {}
         self._slots: dict[str, DeltaGenerator] = {
             tile.label: column.empty() for tile, column in zip(PENDING, columns, strict=True)
         }
@@ -39,6 +40,7 @@ class Tiles:
     def show(self, tiles: Iterable[Tile], found: Estimate) -> None:
         """Fill in numbers of an estimate."""
         for tile in tiles:
+            self.shown[tile.label] = tile
             with self._slots[tile.label].container(border=True, gap=None):
                 page_link(tile.label, tile.page, found)
                 _number(tile)

@@ -49,6 +49,21 @@ def measures(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fit]], tru
         st.caption(f":material/search_off: Whole recording: {plain('; '.join(found.notes)) or 'nothing was fitted'}")
 
 
+def measured_numbers(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fit]]) -> dict[str, str]:
+    """What ``measures`` shows, as a pin holds it: of the shown frame, then of the whole recording."""
+    numbers = {}
+    for parameters, fit in fits:
+        if fit.ok:
+            for quantity in GEOMETRY:
+                label = f"{BY_NAME[quantity].label}, frame {fit.frame}, {parameters}"
+                numbers[label] = amount(quantity, getattr(fit.dimensions, quantity))
+    for quantity in GEOMETRY:
+        if (value := getattr(found, quantity)) is not None:
+            sure = _sureness(found, quantity, name).removeprefix(f"{name}: ")
+            numbers[f"{BY_NAME[quantity].label}, whole recording, {name}"] = f"{amount(quantity, value)} ({sure})"
+    return numbers
+
+
 def _sureness(found: Estimate, quantity: str, name: str) -> str:
     """What the number of the whole recording is from, and its interval."""
     if found.fit is None:

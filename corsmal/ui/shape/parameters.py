@@ -10,9 +10,10 @@ import streamlit as st
 from corsmal.errors import ArgumentError
 from corsmal.parameters import SHAPE_PRESETS, HeightRange, ShapeMethod, ShapeParameters
 from corsmal.ui import session
+from corsmal.ui.choice import NOTHING, SHOWN
 from corsmal.ui.controls import HEIGHT_LIMIT_MM, PARAMETERS, Number, Options
 from corsmal.ui.linked_plot import PlotEvent, Slider
-from corsmal.ui.url import SHOWN
+from corsmal.ui.url import camera_view, value_text
 
 LIVE: dict[ShapeMethod, tuple[str, ...]] = {
     "circumferences": ("circumferences", "max_difference_mm"),
@@ -23,7 +24,7 @@ QUIET: dict[ShapeMethod, tuple[str, ...]] = {
     "circumferences": ("points", "radii", "radius_max_mm", "radius_min_mm", "fit_rule", "width_rule", "height_range"),
     "outlines": ("boxes", "all_views"),
 }
-NOTHING, OWN = "nothing", "own_shape"
+OWN = "own_shape"
 
 
 def preset_control() -> None:
@@ -79,18 +80,34 @@ def parameters_note() -> None:
     st.caption(f"With `{session.choice().preset}` these do something: {ours}. Of {' and '.join(names)} only: {others}.")
 
 
+def parameter_texts(shape: ShapeParameters, *, name: str) -> dict[str, str]:
+    """The parameters of a fit in words, those that do something only.
+
+    Args:
+        shape: the parameters.
+        name: of them, for people.
+    """
+    used = {field: PARAMETERS[field] for field in (*LIVE[shape.method], *QUIET[shape.method])}
+    texts = {
+        each.label: f"{value_text(getattr(shape, field))} {getattr(each, 'unit', '')}".strip()
+        for field, each in used.items()
+    }
+    return {"preset": name, **texts}
+
+
 def compared_preset() -> str | None:
     """Choose a preset whose hull is drawn over the fitted one; at first ``tuned`` over the paper's, and the reverse."""
     automatic = "paper" if session.choice().shape.method == "outlines" else "tuned"
-    names = [NOTHING, *SHAPE_PRESETS]
-    name = st.selectbox(
+    key, shown = f"beside_{automatic}", session.choice().compared or automatic
+    st.session_state[key] = shown
+    st.selectbox(
         "Compare with",
-        names,
-        names.index(automatic),
-        key=f"beside_{automatic}",
+        [NOTHING, *SHAPE_PRESETS],
+        key=key,
+        on_change=lambda: session.choose(compared=st.session_state[key]),
         help="A second hull of the same frame, drawn over the first.",
     )
-    return None if name == NOTHING else name
+    return None if shown == NOTHING else shown
 
 
 def live_sliders() -> list[Slider]:
@@ -103,13 +120,19 @@ def live_sliders() -> list[Slider]:
 
 
 def apply_sliders(event: PlotEvent) -> None:
-    """Take over what the user dragged, within the limits; the address is written when the dragging ends."""
+    """Take over what the user dragged or turned, within the limits; the address is written when the dragging ends."""
     values: dict[str, Any] = {
         name: number.kind(min(max(event.values[name], number.low), number.high))
         for name, number in _live_numbers()
         if name in event.values
     }
-    session.choose(settled=event.settled, **({"shape": replace(session.choice().shape, **values)} if values else {}))
+    changes: dict[str, Any] = {"shape": replace(session.choice().shape, **values)} if values else {}
+    session.choose(settled=event.settled, **changes | turned(event))
+
+
+def turned(event: PlotEvent) -> dict[str, Any]:
+    """What changes of the choice when the user turned the hull in 3D."""
+    return {} if event.camera is None else {"camera": camera_view(event.camera)}
 
 
 def _live_numbers() -> list[tuple[str, Number]]:

@@ -1,6 +1,7 @@
 """The hull in 3D, its profile, and its circumferences over the pictures."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import streamlit as st
 
@@ -17,7 +18,7 @@ from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import guarded
 from corsmal.ui.one_of import one_of
 from corsmal.ui.opened import OpenedRecording
-from corsmal.ui.shape.parameters import live_sliders, own_values, parameters_note
+from corsmal.ui.shape.parameters import live_sliders, own_values, parameter_texts, parameters_note
 
 SCOPES: dict[Scope, str] = {"container": "container", "cameras": "cameras"}
 HEIGHT_PX, SLIDERS_PX = 380, 70
@@ -28,28 +29,19 @@ def hull_plots(
     opened: OpenedRecording, fit: Fit, *, beside: tuple[str, Hull] | None, estimated: ShapeParameters
 ) -> None:
     """The hull in 3D with the sliders that refit it, and its profile."""
-    preset, known = session.choice().preset, None
-    with guarded():
-        known = opened.known_profile(fit.frame or 0)
+    preset, known = session.choice().preset, _known(opened, fit)
     left, right = st.columns([3, 2])
     with left:
-        scope, shows_errors, has_axes = _hull_controls(known)
+        scope = _hull_controls(known)
         linked_plot(
-            hull_figure.parts(
-                fit.hull,
-                fit.dimensions,
-                cameras=opened.cameras,
-                preset=preset,
-                scope=scope,
-                beside=beside,
-                known=known if shows_errors else None,
-                has_axes=has_axes,
-            ),
+            hull_figure.parts(fit.hull, fit.dimensions, **_drawn(opened, beside=beside, known=known)),
             key="hull",
             label="Hull, circumferences and cameras in 3D",
             sliders=live_sliders(),
             height_px=HEIGHT_PX,
             revision=f"{opened.id} {scope}",
+            follows_camera=True,
+            camera=session.choice().camera,
         )
         parameters_note()
     with right:
@@ -63,22 +55,44 @@ def hull_plots(
         )
 
 
-def _hull_controls(known: KnownProfile | None) -> tuple[Scope, bool, bool]:
-    """What is framed, whether errors are coloured, and whether there are axes."""
+def _known(opened: OpenedRecording, fit: Fit) -> KnownProfile | None:
+    with guarded():
+        return opened.known_profile(fit.frame or 0)
+    return None
+
+
+def _drawn(opened: OpenedRecording, *, beside: tuple[str, Hull] | None, known: KnownProfile | None) -> dict[str, Any]:
+    """How the hull is drawn, as the visitor chose."""
+    current = session.choice()
+    return {
+        "cameras": opened.cameras,
+        "preset": current.preset,
+        "scope": current.scope or "container",
+        "beside": beside,
+        "known": known if current.shows_errors else None,
+        "has_axes": current.has_axes,
+    }
+
+
+def _hull_controls(known: KnownProfile | None) -> Scope:
+    """Choose what is framed, whether errors are coloured, and whether there are axes."""
     scopes, errors, axes = st.columns([5, 4, 3], vertical_alignment="center")
     with scopes:
-        scope = one_of("", SCOPES, key="scope")
-    shows_errors = errors.toggle(
+        scope = one_of("", SCOPES, key="scope", field="scope", forgets=("camera",))
+    st.session_state["hull_errors"] = session.choice().shows_errors
+    st.session_state["hull_axes"] = session.choice().has_axes
+    errors.toggle(
         "Colour errors",
         key="hull_errors",
-        persist_state="session",
+        on_change=lambda: session.choose(shows_errors=st.session_state["hull_errors"]),
         disabled=known is None,
         help="Each circumference's distance to the true profile of a synthetic container, or else to the annotated "
         "widths and height, in mm: red outside, blue inside."
         if known is not None
         else "Neither a true profile nor annotated sizes are known for this recording.",
     )
-    return scope, shows_errors, axes.toggle("Axes", key="hull_axes", persist_state="session")
+    axes.toggle("Axes", key="hull_axes", on_change=lambda: session.choose(has_axes=st.session_state["hull_axes"]))
+    return scope
 
 
 def reprojections(
@@ -117,7 +131,22 @@ def _explained(found: Agreement | None) -> str:
     )
 
 
-def hull_pins(opened: OpenedRecording, fit: Fit) -> list[Pin]:
-    """The hull, to be pinned for a report, in which it can be turned."""
-    title = f"Hull of {opened.id}, {' + '.join(fit.pair)}, frame {fit.frame}"
-    return [Pin(title, hull_figure(fit.hull, fit.dimensions, cameras=opened.cameras, preset=session.choice().preset))]
+def hull_pins(
+    opened: OpenedRecording, fit: Fit, *, beside: tuple[str, Hull] | None, numbers: Mapping[str, str]
+) -> list[Pin]:
+    """The hull as it is seen, to be pinned: in a report it can be turned."""
+    current = session.choice()
+    figure = hull_figure(fit.hull, fit.dimensions, **_drawn(opened, beside=beside, known=_known(opened, fit)))
+    if current.camera is not None:
+        eye, centre = (dict(zip("xyz", current.camera[start : start + 3], strict=True)) for start in (0, 3))
+        figure.update_layout(scene_camera={"eye": eye, "center": centre})
+    return [
+        Pin(
+            f"Hull of {opened.id}, {' + '.join(fit.pair)}, frame {fit.frame}, {current.shape_name}",
+            figure,
+            numbers=numbers,
+            parameters=parameter_texts(current.shape, name=current.shape_name),
+            recording=opened.id,
+            frame=fit.frame,
+        )
+    ]

@@ -16,6 +16,7 @@ from corsmal.parameters import FRONTAL_VIEW
 from corsmal.selection import BestFrame
 from corsmal.ui import session
 from corsmal.ui.detecting import inspect_frame, open_views
+from corsmal.ui.folders import is_read_only
 from corsmal.ui.linked_plot import PlotEvent, plot_event
 from corsmal.ui.linked_plot.assets import read_asset
 from corsmal.ui.linked_plot.component import acknowledged, no_callback
@@ -66,7 +67,7 @@ def time_line(
     frames = max((video.frame_count for video in videos.values()), default=1)
     event = plot_event(TIME_LINE)
     frame = _followed(event, best, frames=frames)
-    if "inspect" in event.values:
+    if "inspect" in event.values and not is_read_only():
         inspect_frame(opened, _within(event.values["inspect"], frames))
         st.rerun()  # the page shows how far that is
     for problem in problems:
@@ -94,7 +95,7 @@ def time_line(
             else f"{url}sound/{0 if channel is None else channel + 1}.wav",
             "is_large": is_large,
             "keys": list(keys),
-            "can_inspect": bool(open_views(opened)),
+            "can_inspect": not is_read_only() and bool(open_views(opened)),
             "acknowledged": acknowledged(TIME_LINE),
             **marks(best, crop_s=session.choice().crop_s, fps=opened.fps, frames=frames),
         },
