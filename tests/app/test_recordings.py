@@ -32,10 +32,10 @@ def test_selected_row_of_a_filtered_table_is_the_recording_that_stands_there(tin
     visitor = Visitor(tiny_dataset_root)
     visitor.test.multiselect(key="filter_container").set_value(["green glass", "small white cup"]).run()
     visitor.select_row(1)
-    assert visitor.address == {"recording": "000002"}
+    assert visitor.address["recording"] == "000002"
     assert visitor.test.subheader[0].value == "Recording 000002"
     visitor.test.multiselect(key="filter_container").set_value([]).run()
-    assert visitor.address == {"recording": "000002"}
+    assert visitor.address["recording"] == "000002"
 
 
 def test_selecting_a_row_forgets_the_other_recordings_frame_and_pair(tiny_dataset_root: Path) -> None:
@@ -62,7 +62,7 @@ def test_real_set_lists_all_annotated_recordings_and_opens_one_without_files(rea
     table = visitor.test.dataframe[0].value
     assert len(table) == 684
     visitor.select_row(list(table.index).index("000002"))
-    assert visitor.address == {"recording": "000002"}
+    assert visitor.address["recording"] == "000002"
     assert visitor.crashes == []
     assert visitor.warnings == ["Missing: view1 video, view2 video, view3 video, audio."]
 
@@ -86,7 +86,7 @@ def test_picker_follows_the_tables_filters_and_keeps_them_on_other_pages(tiny_da
     visitor.test.multiselect(key="filter_container").set_value(["small white cup"]).run()
     assert picker(visitor) == ["000000", "000002"]  # the chosen one stays
     visitor.press("Next")
-    assert visitor.address == {"recording": "000002"}
+    assert visitor.address["recording"] == "000002"
     assert picker(visitor) == ["000002"]
     visitor.open("filling").open("recordings")
     assert list(visitor.test.dataframe[0].value.index) == ["000002"]
@@ -97,7 +97,7 @@ def test_picker_offers_what_has_files_and_steps_through_it(real_root: Path) -> N
     visitor = Visitor(real_root, recording="000002")
     assert picker(visitor) == ["000002", "000618"]
     visitor.press("Next")
-    assert visitor.address == {"recording": "000618"}
+    assert visitor.address["recording"] == "000618"
 
 
 def test_steps_end_at_the_first_and_the_last_recording(tiny_dataset_root: Path) -> None:
@@ -105,7 +105,7 @@ def test_steps_end_at_the_first_and_the_last_recording(tiny_dataset_root: Path) 
     assert visitor.test.button(key="picker_Previous").disabled
     visitor.press("Next")
     visitor.press("Next")
-    assert visitor.address == {"recording": "000002"}
+    assert visitor.address["recording"] == "000002"
     assert visitor.test.button(key="picker_Next").disabled
 
 
@@ -114,18 +114,18 @@ def test_a_clicked_cell_opens_its_recording_until_another_is_chosen(tiny_dataset
     key = visitor.test.dataframe[0].proto.id.split("-", 2)[2]
     visitor.test.session_state[key] = {"selection": {"rows": [], "columns": [], "cells": [(1, "kind")]}}
     visitor.test.run()
-    assert visitor.address == {"recording": "000001"}
+    assert visitor.address["recording"] == "000001"
     visitor.test.session_state[key] = {"selection": {"rows": [], "columns": [], "cells": [(1, "kind")]}}
     visitor.press("Next")
-    assert visitor.address == {"recording": "000002"}
+    assert visitor.address["recording"] == "000002"
 
 
 def test_another_dataset_opens_with_a_recording_that_has_files(tiny_dataset_root: Path, real_root: Path) -> None:
     visitor = Visitor(real_root, recording="000002")
     visitor.test.multiselect(key="filter_filling").set_value(["rice"]).run()
     visitor.test.text_input(key="data_folder").set_value(str(tiny_dataset_root)).run()
-    assert visitor.address == {"recording": "000002"}  # it has files here, although not there
+    assert visitor.address["recording"] == "000002"  # it has files here, although not there
     assert picker(visitor) == ["000000", "000001", "000002"]
     visitor.test.text_input(key="data_folder").set_value(str(real_root)).run()
-    assert visitor.address == {"recording": "000618"}
+    assert visitor.address["recording"] == "000618"
     assert visitor.crashes == visitor.warnings == []
