@@ -76,7 +76,7 @@ def follow(
 def _watch(key: str, unit: str, shown: int, *, is_narrow: bool, show: Callable[[], None] | None) -> None:
     job = shared.jobs().get(key)
     shown = shown if job is None or show is None else job.results
-    if is_due(job, shown, next_s=st.session_state.get(NEXT_S, 0.0)):
+    if job is None or is_due(job, shown, next_s=st.session_state.get(NEXT_S, 0.0)):
         st.rerun()
     left, right = (st, st) if is_narrow else st.columns([5, 1], vertical_alignment="bottom")
     left.progress(job.fraction, text=progress_text(job, unit))
