@@ -19,7 +19,7 @@ LINES_MAX = 260
 
 FLOORS = (
     ("errors",),
-    ("digests", "files"),
+    ("digests", "files", "notes"),
     ("weights", "store", "geometry", "quantities", "parameters"),
     ("dataset",),
     ("detection",),

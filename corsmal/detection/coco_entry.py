@@ -4,11 +4,10 @@ import math
 from collections.abc import Container, Mapping
 from typing import Any, NamedTuple
 
-from corsmal.detection.rle import Size, counts_from_segmentation, mask_box, numbers
+from corsmal.detection.coco_classes import CLASS_MAX, CLASS_MIN
+from corsmal.detection.polygons import Outlines
+from corsmal.detection.rle import Size, counts_from_rle, mask_box, numbers
 from corsmal.errors import ArgumentError
-
-CLASS_MIN, CLASS_MAX = 1, 90
-"""COCO's category numbers."""
 
 
 class CocoEntry(NamedTuple):
@@ -20,7 +19,7 @@ class CocoEntry(NamedTuple):
     counts: bytes
 
 
-def parse_entry(entry: Any, size: Size, *, whole: Container[bytes] = ()) -> CocoEntry:
+def parse_entry(entry: Any, size: Size, *, whole: Container[bytes] = (), outlines: Outlines | None = None) -> CocoEntry:
     """Read one entry of a COCO results file.
 
     Args:
@@ -28,6 +27,7 @@ def parse_entry(entry: Any, size: Size, *, whole: Container[bytes] = ()) -> Coco
             mask, ``bbox`` (x, y, width, height).
         size: (H, W) of the image in pixels.
         whole: compressed run lengths that were checked before, from ``rle.whole_counts``.
+        outlines: draws polygons, and keeps what is said about those of a file; default: of this entry only.
 
     Raises:
         ArgumentError: the entry cannot be used. The text says why without numbers that differ from entry to entry, so
@@ -39,13 +39,37 @@ def parse_entry(entry: Any, size: Size, *, whole: Container[bytes] = ()) -> Coco
         if key not in entry:
             raise ArgumentError(f'the key "{key}" is missing')
     label, score = entry["category_id"], entry["score"]
+    if isinstance(label, str):
+        raise ArgumentError(f"the class {label[:40]!r} is none of COCO's")
     if type(label) is not int or not CLASS_MIN <= label <= CLASS_MAX:
         raise ArgumentError(f"unknown class, COCO's numbers are {CLASS_MIN} to {CLASS_MAX}")
     if type(score) not in (int, float) or not 0 <= score <= 1:
         raise ArgumentError("the score is no number from 0 to 1")
-    counts = counts_from_segmentation(entry.get("segmentation"), size, whole=whole)
+    counts = counts_from_segmentation(entry.get("segmentation"), size, whole=whole, outlines=outlines or Outlines(size))
     x, y, width, height = _box(entry, counts, size)
     return CocoEntry((x, y, x + width, y + height), float(score), label, counts)
+
+
+def counts_from_segmentation(
+    segmentation: Any, size: Size, *, whole: Container[bytes] = (), outlines: Outlines | None = None
+) -> bytes:
+    """Checked counts of a COCO ``segmentation``: polygons, plain or compressed run lengths.
+
+    Args:
+        segmentation: a list of polygons ``[x0, y0, x1, y1, ...]`` in pixels, or a mapping with ``size`` (H, W) and
+            ``counts`` (a list of numbers, a string or bytes).
+        size: (H, W) of the image.
+        whole: compressed run lengths that were checked before, from ``rle.whole_counts``.
+        outlines: as for ``parse_entry``.
+
+    Raises:
+        ArgumentError: it is none of these, or of another size.
+    """
+    if isinstance(segmentation, Mapping):
+        return counts_from_rle(segmentation, size, whole=whole)
+    if isinstance(segmentation, list) and segmentation:
+        return (outlines or Outlines(size)).counts(segmentation)
+    raise ArgumentError("the mask (segmentation) is missing or neither polygons nor run lengths")
 
 
 def format_entry(entry: CocoEntry, *, image_id: int, size: Size) -> dict[str, Any]:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from corsmal.detection.coco_entry import CLASS_MAX, CLASS_MIN, CocoEntry, format_entry, parse_entry
+from corsmal.detection.coco_classes import CLASS_MAX, CLASS_MIN
+from corsmal.detection.coco_entry import CocoEntry, format_entry, parse_entry
 from corsmal.detection.rle import Size, checked_size, decode_mask, encode_masks, mask_areas
 from corsmal.errors import ArgumentError
 

@@ -145,30 +145,11 @@ def _parsed(counts: Sequence[bytes], pixels: int) -> tuple[NDArray[np.int64], ND
     return runs, is_whole & (np.add.reduceat(runs, first) == pixels)
 
 
-def counts_from_segmentation(segmentation: Any, size: Size, *, whole: Container[bytes] = ()) -> bytes:
-    """Checked counts of a COCO ``segmentation``: polygons, plain or compressed run lengths.
-
-    Args:
-        segmentation: a list of polygons ``[x0, y0, x1, y1, ...]`` in pixels, or a mapping with ``size`` (H, W) and
-            ``counts`` (a list of numbers, a string or bytes).
-        size: (H, W) of the image.
-        whole: compressed run lengths that were checked before, from ``whole_counts``.
-
-    Raises:
-        ArgumentError: it is none of these, or of another size.
-    """
-    if isinstance(segmentation, Mapping):
-        return counts_from_rle(segmentation, size, whole=whole)
-    if isinstance(segmentation, list) and segmentation:
-        return _counts_from_polygons(segmentation, size)
-    raise ArgumentError("the mask (segmentation) is missing or neither polygons nor run lengths")
-
-
 def counts_from_rle(rle: Mapping[str, Any], size: Size, *, whole: Container[bytes] = ()) -> bytes:
     """Checked counts of run lengths, plain (a list) or compressed (a string or bytes).
 
     Raises:
-        ArgumentError: as ``counts_from_segmentation``.
+        ArgumentError: they are broken, or of another size.
     """
     found = rle.get("size")
     if not isinstance(found, list | tuple) or len(found) != 2 or not all(type(side) is int for side in found):
@@ -187,18 +168,6 @@ def counts_from_rle(rle: Mapping[str, Any], size: Size, *, whole: Container[byte
     if counts not in whole:
         run_lengths(counts, size)
     return counts
-
-
-def _counts_from_polygons(polygons: list[Any], size: Size) -> bytes:
-    # pycocotools allocates by the length of an outline, so a point far outside the image could take all memory.
-    limits = np.array([size[1], size[0]], dtype=np.float64)
-    for polygon in polygons:
-        points = numbers(polygon)
-        if len(points) < 6 or len(points) % 2:
-            raise ArgumentError("a polygon of the mask is not a list of three or more points [x0, y0, x1, y1, ...]")
-        if not (np.abs(points.reshape(-1, 2) - limits / 2) <= 1.5 * limits).all():
-            raise ArgumentError("a polygon of the mask lies more than an image size outside the image")
-    return coco_mask.merge(coco_mask.frPyObjects(polygons, *size))["counts"]
 
 
 def numbers(values: Any) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ import numpy as np
 from corsmal.dataset import Recording, View
 from corsmal.detection import Detections, ViewDetections, filter_detections, read_coco_results
 from corsmal.errors import FileError
+from corsmal.notes import Note, prefixed
 from corsmal.parameters import CentreRule, SelectionParameters
 
 
@@ -25,17 +26,19 @@ def file_detections(recording: Recording) -> tuple[dict[str, ViewDetections], tu
     """Detections made elsewhere, for all views of a recording.
 
     Returns:
-        Detections by view, and one sentence for each view whose file could not be used.
+        Detections by view, and sentences on files that could not be used and on how the others were read.
     """
-    found, notes = {}, []
+    found: dict[str, ViewDetections] = {}
+    notes: list[str] = []
     for name, view in recording.views.items():
         try:
             detections = read_view_detections(view)
         except FileError as error:
-            notes.append(str(error))
+            notes.append(Note(str(error), flag="detections-incomplete"))
             continue
         if detections is not None:
             found[name] = detections
+            notes += [prefixed(str(view.detections_path), problem) for problem in detections.problems]
     return found, tuple(notes)
 
 

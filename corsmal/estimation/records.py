@@ -9,6 +9,7 @@ from corsmal.estimation.several import Interval
 from corsmal.filling.records import FillingPrediction
 from corsmal.mass.physics import filling_mass_g
 from corsmal.mass.records import MassPrediction
+from corsmal.notes import SEPARATOR, flags_of
 from corsmal.parameters import CentreRule
 from corsmal.quantities import MEASURED
 from corsmal.selection import BestFrame
@@ -25,8 +26,8 @@ class Estimate:
         capacity_ml: mL, None when failed; likewise the widths and the height, mm.
         best_frame: the selection that led to the fit, None if none did; its frame is the fitted one.
         fit: the hull behind the numbers, None if none is.
-        notes: one sentence for every pair that failed, every view without detections, and every later stage that
-            failed.
+        notes: one sentence for every pair that failed, every view without detections, every later stage that failed,
+            and all that was assumed; some raise flags.
         container_mass_g: grams, None when failed or left out.
         filling: what the sound says, None when left out.
         mass: where ``container_mass_g`` comes from, None when left out or when there is no fit.
@@ -52,6 +53,11 @@ class Estimate:
     def centre_rule(self) -> CentreRule | None:
         """The rung of the ladder that was used."""
         return None if self.best_frame is None else self.best_frame.centre_rule
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """What was assumed, implausible, cut or outside of what a network learned from, see ``notes.FLAGS``."""
+        return flags_of(self.notes)
 
     @property
     def filling_mass_g(self) -> float | None:
@@ -82,6 +88,7 @@ class Estimate:
             **{f"level_p{index}": None if levels is None else float(levels[index]) for index in range(3)},
             "best_frame": None if self.best_frame is None else self.best_frame.frame,
             "pair": "" if self.fit is None else " + ".join(self.fit.pair),
+            "flags": SEPARATOR.join(self.flags),
             "notes": "; ".join(self.notes),
             **{
                 f"{name}_{end}": value

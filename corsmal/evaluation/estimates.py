@@ -22,7 +22,7 @@ ABSENT = "absent"
 FAILED = (FALLBACK, "failed")
 """The states of an estimate whose container could not be measured, whatever numbers it holds."""
 
-_TEXTS = ("status", "pair", "protocol", "filling_weights", "mass_weights", "notes")
+_TEXTS = ("status", "pair", "protocol", "filling_weights", "mass_weights", "flags", "notes")
 _FLAGS = ("filling_held_out", "mass_held_out")
 _TRUTHS = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
 _MASSES = ("filling_mass_g", "object_mass_g")
@@ -45,10 +45,12 @@ ESTIMATE_COLUMNS = (
     "filling_held_out",
     "mass_weights",
     "mass_held_out",
+    "flags",
     "notes",
 )
 """The table's columns in order. Quantities are mL, mm and g; classes are numbered as in the annotation; ``type_p0`` to
-``level_p2`` are probabilities; ``best_frame`` and ``pair`` say where the hull comes from, ``notes`` what went wrong;
+``level_p2`` are probabilities; ``best_frame`` and ``pair`` say where the hull comes from, ``notes`` what went wrong
+or was assumed and ``flags`` the same for programs, see ``notes.FLAGS``;
 ``execution_time_ms`` is how long the recording's own estimate took. −1, NaN or nothing: no estimate.
 
 ``filling_weights`` and ``mass_weights`` are digests of the networks' weights, empty where no network was used;

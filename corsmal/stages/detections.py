@@ -10,8 +10,12 @@ from corsmal.detection import ViewDetections
 from corsmal.detection.parquet import read_parquet, write_parquet
 from corsmal.errors import FileError
 from corsmal.estimation import read_view_detections
+from corsmal.notes import Note, prefixed
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.store import Store, digest, file_fingerprint
+
+READING = 2
+"""Raised when the same detections file is read in another way than before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,13 +47,13 @@ def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
         try:
             found = read_view_detections(view)
         except FileError as error:
-            notes.append(str(error))
+            notes.append(Note(str(error), flag="detections-incomplete"))
             found = None
         if found is None and (kept := _latest(view, store)) is not None:
             found = _read_kept(kept, store)
         if found is not None:
             views[name] = found
-            notes += [f"{view.detections_path or name}: {problem}" for problem in found.problems]
+            notes += [prefixed(str(view.detections_path or name), problem) for problem in found.problems]
     return DetectionSet(views, origin, tuple(notes))
 
 
@@ -61,6 +65,7 @@ def detections_origin(recording: Recording, *, store: Store) -> str:
         kept = _latest(view, store)
         if kept is not None:
             paths.append(_kept_file(kept, store))
+        origins += [] if view.detections_path is None else [READING]
         origins += [name, kept, [file_fingerprint(path) if path.is_file() else None for path in paths]]
     return digest("origin of detections", *origins)
 

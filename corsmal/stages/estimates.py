@@ -11,6 +11,7 @@ from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError, FileError
 from corsmal.estimation import Estimate, TrainingMeans, estimate
 from corsmal.estimation.fit import FitSource
+from corsmal.notes import SEPARATOR, Note, flags_of
 from corsmal.parameters import SelectionParameters, ShapeParameters
 from corsmal.selection import FrameDetections
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
@@ -147,13 +148,14 @@ def estimate_row(
     """An estimate as a row of a run: with the networks behind its numbers, whether they are held out, and all notes."""
     row = found.row()
     columns, notes = _spoken(recording, predictors)
-    return {**row, **columns, "notes": "; ".join(filter(None, [*detections.notes, row["notes"], *notes]))}
+    said = [*detections.notes, *found.notes, *notes]
+    return {**row, **columns, "flags": SEPARATOR.join(flags_of(said)), "notes": "; ".join(dict.fromkeys(said))}
 
 
 def _spoken(recording: Recording, predictors: Predictors) -> tuple[dict[str, Any], list[str]]:
     """Which networks gave the row's numbers, whether they are held out, and what is to be said about that."""
     columns: dict[str, Any] = {}
-    notes = []
+    notes: list[str] = []
     for name, network in (("filling", predictors.filling), ("mass", predictors.mass)):
         trained_on = None if network is None else network.trained_on
         columns[f"{name}_weights"] = "" if network is None else network.digest
@@ -164,7 +166,8 @@ def _spoken(recording: Recording, predictors: Predictors) -> tuple[dict[str, Any
         columns[f"{name}_held_out"] = not trained_on.has_seen(recording, features=array)
         if trained_on.is_synthetic and not recording.is_synthetic:
             columns[f"{name}_weights"] += SYNTHETIC
-            notes.append(f"{name}: the network was trained on synthetic recordings only")
+            sentence = f"{name}: the network was trained on synthetic recordings only"
+            notes.append(Note(sentence, flag="network-synthetic"))
         shape = trained_shape(trained_on)
         if shape is not None and shape != shape_name(predictors.shape):
             notes.append(f"{name}: the network was trained on dimensions of the shape preset {shape}")

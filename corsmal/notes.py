@@ -1,0 +1,56 @@
+"""What is said about an estimate besides its numbers: sentences for people, and the flags that a program reads."""
+
+from collections.abc import Iterable
+
+FLAGS = {
+    "detections-interpreted": "Frames, classes or scores of a detections file were read in a way that the notes name.",
+    "detections-incomplete": "Part of a detections file could not be used, or it holds no container's class.",
+    "views-by-time": "The views differ in frame rate, number of frames or start, and were matched by time.",
+    "views-by-index": "The views differ in frame rate, number of frames or start, and were matched by frame number.",
+    "unit-assumed": "The cameras' translations were taken for millimetres or centimetres.",
+    "implausible": "A camera, the container's size or the distance between the views' rays is not plausible.",
+    "sound-repaired": "The sound file's samples were rescaled, or its header is wrong and was not followed.",
+    "sound-cut": "The sound was cut where its recorder should have been stopped.",
+    "sound-outside-training": "The sound's sampling rate is lower than that of the sound the network learned from.",
+    "network-synthetic": "A network that was trained on synthetic recordings only judged a real one.",
+}
+"""The flags that an estimate may carry, and what each says."""
+
+SEPARATOR = "; "
+
+
+class Note(str):
+    """A sentence that raises a flag; wherever only the sentence counts, it is a string like any other.
+
+    Args:
+        sentence: for people.
+        flag: one of ``FLAGS``.
+    """
+
+    flag: str
+    __slots__ = ("flag",)
+
+    def __new__(cls, sentence: str, *, flag: str) -> "Note":
+        """See the class."""
+        note = super().__new__(cls, sentence)
+        note.flag = flag
+        return note
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _note, (str(self), self.flag)
+
+
+def _note(sentence: str, flag: str) -> Note:
+    return Note(sentence, flag=flag)
+
+
+def flags_of(sentences: Iterable[str]) -> tuple[str, ...]:
+    """The flags that sentences raise, each once, in the order of ``FLAGS``."""
+    raised = {sentence.flag for sentence in sentences if isinstance(sentence, Note)}
+    return tuple(flag for flag in FLAGS if flag in raised)
+
+
+def prefixed(prefix: str, sentence: str) -> str:
+    """The sentence with ``prefix`` and a colon before it, and its flag, if it has one."""
+    text = f"{prefix}: {sentence}"
+    return Note(text, flag=sentence.flag) if isinstance(sentence, Note) else text
