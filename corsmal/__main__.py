@@ -9,6 +9,7 @@ from corsmal.commands import complain, detector, evaluating, filling, mass, runs
 from corsmal.commands.attribution import attribute
 from corsmal.commands.demo import demo
 from corsmal.commands.doctor import doctor
+from corsmal.commands.reporting import report
 from corsmal.commands.reproducing import reproduce
 from corsmal.errors import CorsmalError
 
@@ -19,6 +20,7 @@ COMMANDS: dict[str, Command] = {
     "detect": detector.detect,
     "estimate": runs.estimate,
     "submit": runs.submit,
+    "report": report,
     "attribute": attribute,
     "reproduce": reproduce,
     "doctor": doctor,

@@ -33,6 +33,12 @@ class Quantity:
         """Whether it is a class, judged by MPF1, and not a number, judged by MAPE."""
         return not self.unit
 
+    @property
+    def words(self) -> str:
+        """What it is in the middle of a sentence, such as ``filling type`` or ``container mass``."""
+        label = self.label.lower()
+        return f"{self.stage} {label}" if self.is_class else f"container {label}" if self.stage == "mass" else label
+
     def text(self, value: float | None) -> str:
         """A value with its unit, as people read it."""
         return "unknown" if value is None else f"{value:,.{self.digits}f} {self.unit}".rstrip()

@@ -10,6 +10,7 @@ import pandas as pd
 from corsmal.dataset.ids import recording_id
 from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation.checking import Checked, listed, numbers_of, rows_of
+from corsmal.evaluation.escaping import csv_file
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.files import writing
 from corsmal.quantities import MEASURED
@@ -166,12 +167,12 @@ def _write_json(table: pd.DataFrame, path: Path) -> None:
 
 
 _Reader = Callable[[Path], pd.DataFrame]
-_Writer = Callable[[pd.DataFrame, Path], None]
+_Writer = Callable[[pd.DataFrame, Path], object]
 _FORMATS: dict[str, tuple[_Reader, _Writer]] = {
     ".json": (_read_json, _write_json),
     ".csv": (
         lambda path: pd.read_csv(path, dtype={ID_COLUMN: "str"}),
-        lambda table, path: table.to_csv(path, index=False),
+        lambda table, path: path.write_text(csv_file(table), encoding="utf-8"),
     ),
     ".parquet": (pd.read_parquet, lambda table, path: table.to_parquet(path, index=False)),
 }

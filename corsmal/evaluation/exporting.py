@@ -6,6 +6,7 @@ from typing import Literal, get_args
 import pandas as pd
 
 from corsmal.errors import ArgumentError, check_choice
+from corsmal.evaluation.escaping import csv_file, latex_text, markdown_text
 
 TableFormat = Literal["csv", "latex", "html", "markdown"]
 TABLE_FORMATS: tuple[TableFormat, ...] = get_args(TableFormat)
@@ -25,27 +26,10 @@ _UNITS = {
     "_ml": " (mL)",
     "_mm": " (mm)",
     "_g": " (g)",
+    "_deg": " (°)",
     "_s": " (s)",
 }
 """Endings of column names, and how people read them."""
-
-_LATEX = {
-    "\\": r"\textbackslash{}",
-    "{": r"\{",
-    "}": r"\}",
-    "%": r"\%",
-    "&": r"\&",
-    "#": r"\#",
-    "_": r"\_",
-    "$": r"\$",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "↑": r"$\uparrow$",
-    "↓": r"$\downarrow$",
-    "→": r"$\rightarrow$",
-    "−": "$-$",
-    "–": "--",
-}
 
 
 def export_table(table: pd.DataFrame, *, table_format: TableFormat, digits: int = 1) -> str:
@@ -54,7 +38,8 @@ def export_table(table: pd.DataFrame, *, table_format: TableFormat, digits: int 
     Args:
         table: its index is left out unless it has a name.
         table_format: ``csv`` keeps the columns' names and leaves out what is missing; ``latex`` (with booktabs' rules),
-            ``html`` (a ``<table>``) and ``markdown`` have headings for people and a dash.
+            ``html`` (a ``<table>``) and ``markdown`` have headings for people and a dash. Texts are escaped: none is
+            taken for a formula, a command or markup, see ``corsmal.evaluation.escaping``.
         digits: after the point, in numbers that are not whole by nature.
 
     Raises:
@@ -66,7 +51,7 @@ def export_table(table: pd.DataFrame, *, table_format: TableFormat, digits: int 
     named = table.reset_index() if table.index.names != [None] else table
     columns = [_texts(named[name], digits, missing="" if table_format == "csv" else MISSING) for name in named.columns]
     if table_format == "csv":
-        return pd.DataFrame(dict(zip(named.columns, columns, strict=True))).to_csv(index=False, lineterminator="\n")
+        return csv_file(pd.DataFrame(dict(enumerate(columns))).set_axis(named.columns, axis=1))
     is_number = [pd.api.types.is_numeric_dtype(dtype) for dtype in named.dtypes]
     signed = [
         [text.replace("-", "−") for text in column] if right else column
@@ -83,11 +68,6 @@ def heading(name: str) -> str:
             return heading(name.removesuffix(ending)) + shown
     words = name.replace("_", " ")
     return words[:1].upper() + words[1:]
-
-
-def latex_text(text: str) -> str:
-    """Text with LaTeX's own signs escaped."""
-    return "".join(_LATEX.get(letter, letter) for letter in text)
 
 
 def _texts(column: pd.Series, digits: int, missing: str) -> list[str]:
@@ -108,7 +88,7 @@ def _html(lines: Lines, is_number: list[bool]) -> str:  # noqa: ARG001 - one sig
 
 def _markdown(lines: Lines, is_number: list[bool]) -> str:
     rules = ["---:" if right else "---" for right in is_number]
-    escaped = [[cell.replace("|", r"\|") for cell in cells] for cells in lines]
+    escaped = [[markdown_text(cell) for cell in cells] for cells in lines]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (escaped[0], rules, *escaped[1:]))
 
 

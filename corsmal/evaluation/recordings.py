@@ -6,7 +6,7 @@ from corsmal.evaluation.checking import listed, truth_table
 from corsmal.evaluation.estimates import ABSENT, FAILED, check_estimates
 from corsmal.evaluation.metrics import CLASS_NAMES, relative_errors
 from corsmal.evaluation.protocols import BY_NETWORKS, STAMPS, Protocol, left_out
-from corsmal.quantities import MEASURED, QUANTITIES
+from corsmal.quantities import BY_NAME, MEASURED, QUANTITIES
 
 
 def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame, *, protocol: Protocol = "held-out") -> pd.DataFrame:
@@ -47,9 +47,8 @@ def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame, *, protocol: 
         if table[name].notna().any():
             is_failed |= table[name].isna() & (is_filmed | (name in CLASS_NAMES))
         else:
-            notes.append(
-                f"estimates: there is no {name} for any recording; its cells are empty and it counts no failure"
-            )
+            what = f"there is no {BY_NAME[name].words} for any recording"
+            notes.append(f"estimates: {what}; its cells are empty and it counts no failure")
         notes += _unknown(truth[name])
     columns = {name: truth[name] for name in ("container_id", "container", "kind")}
     columns |= {name: table[name] for name in ("status", "pair", "notes")}
@@ -75,9 +74,9 @@ def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame, *, protocol: 
 
 
 def _unknown(truth: pd.Series) -> list[str]:
-    absent = truth.index[truth.isna()]
+    absent, what = truth.index[truth.isna()], BY_NAME[str(truth.name)].words
     if len(absent) == 0:
         return []
     if len(absent) == len(truth):
-        return [f"annotation: there is no truth of {truth.name}: its estimates cannot be judged"]
-    return [f"annotation: there is no {truth.name} of {listed(absent)}: it cannot be judged there"]
+        return [f"annotation: there is no truth of the {what}: its estimates cannot be judged"]
+    return [f"annotation: there is no {what} of {listed(absent)}: it cannot be judged there"]

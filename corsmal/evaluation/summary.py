@@ -1,8 +1,8 @@
 """A run in a few numbers: the averages against the paper's, how many failed, how often intervals contain the truth."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -84,23 +84,23 @@ def summary(
     """
     if "failed" not in errors or "metric" not in cells:
         raise ArgumentError("errors must come from error_table and cells from cell_table")
-    averages = cells[cells["container_id"].isna()].set_index("metric")
+    averages = {str(cell["metric"]): cell for cell in cells[cells["container_id"].isna()].to_dict("records")}
     metrics = sorted(QUANTITIES, key=lambda quantity: quantity.is_class)
     failed, total = int(errors["failed"].sum()), len(errors)
     return (
-        *(_average(quantity.metric, averages.loc[quantity.metric]) for quantity in metrics),
+        *(_average(quantity.metric, averages[quantity.metric]) for quantity in metrics),
         _share("failures", ALL, "Failed", failed, total),
         *_coverages(errors, estimates, annotation),
     )
 
 
-def _average(metric: str, cell: pd.Series) -> Headline:
+def _average(metric: str, cell: Mapping[Hashable, Any]) -> Headline:
     quantity = BY_METRIC[metric]
     numbers = {name: _known(cell[name]) for name in ("value", "low", "high", "difference")}
     return Headline(
         "MPF1" if quantity.is_class else "MAPE",
         metric,
-        f"Filling {quantity.label.lower()}" if quantity.is_class else quantity.label,
+        quantity.words.capitalize(),
         reference=_known(cell["published"]),
         count=int(cell["recordings"]) - int(cell["failures"]),
         total=int(cell["recordings"]),
@@ -111,8 +111,8 @@ def _average(metric: str, cell: pd.Series) -> Headline:
 def _coverages(errors: pd.DataFrame, estimates: pd.DataFrame, annotation: pd.DataFrame) -> Sequence[Headline]:
     """Over all quantities, then by quantity."""
     truth = truth_table(annotation).reindex(errors.index)
-    own = estimates.assign(**{ID_COLUMN: [recording_id(value) for value in estimates[ID_COLUMN]]})
-    table = own.drop_duplicates(ID_COLUMN).set_index(ID_COLUMN).reindex(errors.index)
+    own = estimates.set_axis(estimates[ID_COLUMN].map(recording_id))
+    table = own[~own.index.duplicated()].reindex(errors.index)
     found = []
     for quantity in (each for each in QUANTITIES if each.name in MEASURED and f"{each.name}_low" in table):
         low, high = (pd.to_numeric(table[f"{quantity.name}_{end}"], errors="coerce") for end in ("low", "high"))
@@ -120,7 +120,9 @@ def _coverages(errors: pd.DataFrame, estimates: pd.DataFrame, annotation: pd.Dat
         is_inside = known & (low <= truth[quantity.name]) & (truth[quantity.name] <= high)
         if known.any():
             counts = int(is_inside.sum()), int(known.sum())
-            found.append(_share("coverage", quantity.name, quantity.label, *counts, reference=NOMINAL_PERCENT))
+            found.append(
+                _share("coverage", quantity.name, quantity.words.capitalize(), *counts, reference=NOMINAL_PERCENT)
+            )
     inside, total = (sum(getattr(each, name) for each in found) for name in ("count", "total"))
     whole = _share("coverage", ALL, "Intervals that contain the truth", inside, total, reference=NOMINAL_PERCENT)
     return [whole, *found]

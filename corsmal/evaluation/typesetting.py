@@ -7,7 +7,8 @@ import pandas as pd
 
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.cells import comparison_note
-from corsmal.evaluation.exporting import MISSING, TableFormat, export_table, heading, latex_text
+from corsmal.evaluation.escaping import latex_text, markdown_text, one_line
+from corsmal.evaluation.exporting import MISSING, TableFormat, export_table, heading
 from corsmal.evaluation.protocols import STAMPS, Protocol
 from corsmal.evaluation.tables import METRICS
 from corsmal.quantities import BY_METRIC
@@ -53,7 +54,7 @@ def typeset_table_2(
     table = export_table(table_2_texts(cells), table_format=table_format)
     if table_format == "html":
         return table + export_table(pd.DataFrame({"notes": sentences}), table_format="html")
-    return "\n".join([table, *(f"- {sentence}" for sentence in sentences), ""])
+    return "\n".join([table, *(f"- {markdown_text(sentence)}" for sentence in sentences), ""])
 
 
 def table_2_texts(cells: pd.DataFrame) -> pd.DataFrame:
@@ -135,7 +136,7 @@ def _latex(cells: pd.DataFrame, caption: Sequence[str], notes: Sequence[str], *,
         "of their own." + (" Best in bold." if is_like_with_like else "")
     )
     lines = [
-        *(f"% {sentence}" for sentence in (*(STAMPS[protocol] for protocol in table.protocols), *notes)),
+        *(f"% {one_line(sentence)}" for sentence in (*(STAMPS[protocol] for protocol in table.protocols), *notes)),
         r"\begin{table*}",
         r"\centering",
         rf"\caption{{{text}}}",

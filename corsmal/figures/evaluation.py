@@ -6,7 +6,21 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 
-from corsmal.figures.style import BEST, INSIDE, MEASURED, OUTSIDE, TRUTH, Part, axis, bars, plain_layout, scatter
+from corsmal.figures.style import (
+    BEST,
+    INSIDE,
+    MEASURED,
+    OUTSIDE,
+    TRUTH,
+    Part,
+    axis,
+    bars,
+    note,
+    plain_layout,
+    scatter,
+    side_by_side,
+)
+from corsmal.quantities import QUANTITIES
 
 VERDICT_COLOURS = {"better": INSIDE, "worse": OUTSIDE, "no significant difference": TRUTH}
 POINT_JITTER = 0.32
@@ -69,13 +83,44 @@ def spread_figure(
     return go.Figure(traces, layout)
 
 
-def _strips(points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, seed: int) -> list[Part]:
-    """A box per container over its recordings, and a point per recording."""
+def errors_figure(errors: pd.DataFrame, *, seed: int = 0) -> go.Figure:
+    """How the errors of every number spread, a panel each: a box per container and a point per recording.
+
+    Args:
+        errors: from ``corsmal.evaluation.error_table``, with an error at least.
+        seed: of the points' places across their row.
+
+    Returns:
+        The points' ``customdata`` are recording ids.
+    """
+    known = [each for each in QUANTITIES if not each.is_class and errors[each.error_column].notna().any()]
+    names = sorted(errors["container"].unique(), reverse=True)
+    rows = {name: place for place, name in enumerate(names)}
+    ticks = {"tickvals": list(rows.values()), "ticktext": names, "range": [-0.6, len(names) - 0.4], "zeroline": False}
+    layout = plain_layout(margin={"l": 60, "r": 12, "t": 56, "b": 46}, annotations=[], hovermode="closest")
+    traces: list[Part] = []
+    places = side_by_side(len(known), gap=0.025)
+    for number, (quantity, (start, end)) in enumerate(zip(known, places, strict=True), start=1):
+        ending = "" if number == 1 else str(number)
+        points = errors[["container", "failed"]].assign(error=errors[quantity.error_column])
+        strips = _strips(points, rows, unit="%", seed=seed, ending=ending)
+        traces += strips if number == 1 else [strip | {"showlegend": False} for strip in strips]
+        layout[f"xaxis{ending}"] = axis("error (%)", domain=[start, end], anchor=f"y{ending}", zerolinewidth=2)
+        own = {"automargin": True} if number == 1 else {"showticklabels": False}
+        layout[f"yaxis{ending}"] = {**ticks, "anchor": f"x{ending}", **own}
+        where = {"x": (start + end) / 2, "y": 1, "xref": "paper", "yref": "paper", "yanchor": "bottom"}
+        layout["annotations"].append(note(f"<b>{quantity.label}</b>", **where))
+    layout["legend"] |= {"y": 1.08}
+    return go.Figure(traces, layout)
+
+
+def _strips(points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, seed: int, ending: str = "2") -> list[Part]:
+    """A box per container over its recordings, and a point per recording, on the axes whose names end so."""
     known = points[points["error"].notna() & points["container"].isin(rows)]
     errors, places = known["error"].to_numpy(), known["container"].map(rows).to_numpy(dtype=np.float64)
     is_many = (known.groupby("container")["error"].transform("size") >= BOX_MIN).to_numpy()
     jitter = np.random.default_rng(seed).uniform(-POINT_JITTER, POINT_JITTER, len(known)) * is_many
-    on = {"xaxis": "x2", "yaxis": "y2"}
+    on = {"xaxis": f"x{ending}", "yaxis": f"y{ending}"}
     box: Part = {
         "type": "box",
         "orientation": "h",

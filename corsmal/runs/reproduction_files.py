@@ -1,6 +1,8 @@
 """The files of a reproduction: Table 2, Fig. 3, Table 3, the leaderboard's row, submissions and the report."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
+from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -18,19 +20,18 @@ from corsmal.evaluation import (
     leaderboard_row,
     leaderboard_with,
     submission_table,
-    table_2_texts,
     typeset_table_2,
     write_estimates,
     write_submission,
 )
-from corsmal.evaluation.exporting import TableFormat
+from corsmal.evaluation.exporting import TableFormat, heading
 from corsmal.figures.heatmaps import confusion_figure
-from corsmal.figures.pins import Pin
-from corsmal.figures.report import report_html
+from corsmal.figures.report import Banner, Chart, Report, Section, Table, Table2, Text, report_html
 from corsmal.files import writing
-from corsmal.runs.reproduction_kept import DISK_ADVICE, ESTIMATES, REPORT, write_summary
+from corsmal.runs.reproduction_kept import DISK_ADVICE, ESTIMATES, REPORT, Confusions, write_summary
 from corsmal.runs.reproduction_results import Results, TestResult
 from corsmal.runs.reproduction_settings import ReproductionSettings
+from corsmal.stages.settings import is_synthetic
 
 FORMATS: dict[str, TableFormat] = {".csv": "csv", ".tex": "latex", ".md": "markdown", ".html": "html"}
 LABELS = {"filling_level": "Filling level", "filling_type": "Filling type"}
@@ -62,28 +63,12 @@ def write_results(results: Results, settings: ReproductionSettings, out: Path) -
         text = typeset_table_2(cells, table_format=table_format, notes=notes, is_like_with_like=split.split == "train")
         _write(folder / f"table2{ending}", text)
     write_estimates(results.rows, folder / ESTIMATES)
-    tables = {"Table 2: MPF1 and MAPE in %, 95 % intervals": table_2_texts(cells)}
-    tables |= _seeds(results, settings)
     scores = {test.name: _test_table(test, folder) for test in results.tests}
-    tables |= {f"Test set {name}": table for name, table in scores.items()}
     confusions = {quantity: _confusions(results, errors, quantity) for quantity in LABELS}
-    pins = [
-        Pin(
-            f"Fig. 3, {LABELS[quantity].lower()}: rows are true, columns predicted; {_judged(results)}",
-            confusion_figure(counts),
-        )
-        for quantity, counts in confusions.items()
-        if any(table.to_numpy().any() for table in counts.values())
-    ]
-    tables["Notes"] = pd.DataFrame({"note": [*notes, str(split)]})
     report = folder / REPORT
-    html = report_html(
-        f"Reproduction on {results.dataset.name}: {settings.sentence()}",
-        tables=tables,
-        pins=pins,
-        parameters=_parameters(settings),
+    _write(
+        report, report_html(_report(results, settings, cells=cells, confusions=confusions, scores=scores, notes=notes))
     )
-    _write(report, html)
     write_summary(folder, settings, confusions=confusions, scores=scores, notes=notes)
     return cells, report
 
@@ -94,14 +79,54 @@ def _confusions(results: Results, errors: pd.DataFrame, quantity: str) -> dict[K
     return confusion_tables(errors, quantity)
 
 
+def _report(
+    results: Results,
+    settings: ReproductionSettings,
+    *,
+    cells: pd.DataFrame,
+    confusions: Confusions,
+    scores: Mapping[str, pd.DataFrame],
+    notes: Sequence[str],
+) -> Report:
+    """The report; its few figures are drawn by the reader's browser, so that none is needed here."""
+    split = find_split(results.dataset.table, name=results.dataset.name)
+    caption = "Table 2, in %: MPF1 and MAPE with 95 % bootstrap intervals over recordings, beside the paper's."
+    figures = [
+        Chart(
+            confusion_figure(counts),
+            f"Fig. 3, {LABELS[quantity].lower()}: rows are true, columns predicted; {_judged(results)}.",
+            330,
+        )
+        for quantity, counts in confusions.items()
+        if any(table.to_numpy().any() for table in counts.values())
+    ]
+    tests = [Section(f"Test set {name}", [Table(table)]) for name, table in scores.items()]
+    parameters = {heading(name): str(value) for name, value in _parameters(settings).items()}
+    table = pd.DataFrame({"parameter": list(parameters), "value": list(parameters.values())})
+    synthetic = is_synthetic(results.dataset)
+    return Report(
+        title=f"Reproduction of the paper's evaluation on {results.dataset.name}",
+        author="",
+        made=f"{date.today():%-d %B %Y}",
+        banner=Banner("Synthetic data" if synthetic else "Real recordings", settings.sentence(), synthetic),
+        sections=[
+            Section("Table 2", [Table2(cells, caption, split.split == "train"), *_seeds(results, settings)]),
+            *([Section("Fig. 3", figures)] if figures else []),
+            *tests,
+            Section("Notes", [Text([*notes, str(split)])]),
+            Section("Parameters", [Table(table)], starts_page=True),
+        ],
+    )
+
+
 def _judged(results: Results) -> str:
     return "all recordings" if results.rounds is None else "the round whose kept epoch has the least loss"
 
 
-def _seeds(results: Results, settings: ReproductionSettings) -> dict[str, pd.DataFrame]:
+def _seeds(results: Results, settings: ReproductionSettings) -> list[Table]:
     """Table 2's averages by seed, where there are several."""
     if not results.more_seeds:
-        return {}
+        return []
     rows = []
     for seed, table in enumerate((results.rows, *results.more_seeds)):
         errors = error_table(table, results.dataset.table, protocol=settings.protocol)
@@ -111,7 +136,7 @@ def _seeds(results: Results, settings: ReproductionSettings) -> dict[str, pd.Dat
     table = pd.DataFrame(rows)
     numbers = table.drop(columns="seed")
     summary = pd.DataFrame([numbers.mean(), numbers.std()]).assign(seed=["mean", "standard deviation"])
-    return {"Average by seed": pd.concat([table, summary], ignore_index=True)}
+    return [Table(pd.concat([table, summary], ignore_index=True), "Averages by seed")]
 
 
 def _test_table(test: TestResult, folder: Path) -> pd.DataFrame:

@@ -17,6 +17,7 @@ from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.settings import DetectorSettings, EstimateSettings, default_settings
 from corsmal.ui import shared
+from corsmal.ui.evaluation.report import _made
 from tests.app.driver import Visitor
 from tests.fakes import FakeDetector, FakeFilling, FakeMass
 
@@ -408,7 +409,8 @@ def test_missing_weights_are_said(dataset: Dataset, monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.usefixtures("run")
-def test_report_holds_the_run_and_what_was_pinned(dataset: Dataset) -> None:
+def test_report_holds_the_run_and_what_was_pinned(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("BROWSER_PATH", "/nowhere/chrome")
     visitor = opened(dataset.root, "Report")
     assert "Nothing is pinned yet" in visitor.sentences
     visitor.open("shape")
@@ -416,4 +418,13 @@ def test_report_holds_the_run_and_what_was_pinned(dataset: Dataset) -> None:
     visitor.open("evaluation")
     assert any("Hull of 000000" in element.value for element in visitor.test.markdown)
     assert "Nothing is pinned yet" not in visitor.sentences
+    visitor.choose("report_title", "<b>Cups</b>")
+    visitor.choose("report_author", "A. Author")
+    visitor.press("Make report")
+    visitor.wait_for(lambda seen: "Made: first_report.html" in seen.sentences)
+    assert "The reader's browser will draw the figures: Drawing figures as files needs Chrome" in visitor.sentences
+    page = next(iter(_made().values())).content.decode()
+    assert "<h1>&lt;b&gt;Cups&lt;/b&gt;</h1>" in page
+    assert "A. Author" in page
+    assert "Hull of 000000" in page
     assert visitor.crashes == visitor.errors == []

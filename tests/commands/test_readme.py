@@ -146,6 +146,7 @@ class Place:
             "estimates.csv": lambda: self.table,
             "table.tex": lambda: self.folder / "table.tex",
             "submission.csv": lambda: self.folder / "submission.csv",
+            "report.html": lambda: self.folder / "report.html",
             "scores.html": lambda: self.folder / "scores.html",
             "tcp://10.0.0.5:8786": lambda: self.scheduler,
         }
@@ -263,6 +264,18 @@ def _(place: Place, arguments: list[str]) -> None:
     assert place.estimates.is_file()
     run(arguments)
     assert len(pd.read_csv(place.folder / "submission.csv")) == RECORDINGS
+
+
+@check("report")
+def _(place: Place, arguments: list[str]) -> None:
+    assert place.estimates.is_file()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BROWSER_PATH", str(place.folder / "no browser"))
+        output = run([*arguments, "--author", "A. Author", "--against", RUN_NAME])
+    assert "reader's browser will draw the figures: Drawing figures as files needs Chrome or Chromium" in output
+    written = (place.folder / "report.html").read_text(encoding="utf-8")
+    assert "A. Author" in written
+    assert f"report ROOT {RUN_NAME} --protocol held-out --against {RUN_NAME} --out report.html" in written
 
 
 @check("reproduce")

@@ -1,4 +1,5 @@
 import io
+import re
 from html.parser import HTMLParser
 
 import pandas as pd
@@ -34,7 +35,7 @@ def test_latex_has_headings_escapes_and_signs():
     assert (
         lines[2] == r"Container id & Container & Capacity, MAPE (\%) $\downarrow$ & Height error (\%) & Recordings \\"
     )
-    assert lines[4] == r"1 & <b> 100 \% \& co\_2 & 34.2 & $-$0.1 & 84 \\"
+    assert lines[4] == r"1 & \textless{}b\textgreater{} 100 \% \& co\_2 & 34.2 & $-$0.1 & 84 \\"
     assert lines[5] == r"-- & Average & -- & 12.0 & 84 \\"
     assert lines[-1] == r"\end{tabular}"
 
@@ -91,3 +92,32 @@ def test_bad_input_is_one_clear_sentence():
         export_table(TABLE, table_format="xlsx")
     with pytest.raises(ArgumentError, match="digits must not be negative, got -1"):
         export_table(TABLE, table_format="csv", digits=-1)
+
+
+HOSTILE = (
+    "=HYPERLINK(\"http://x\")", "+1+1", "-2+3", "@SUM(A1)", "\tx", "＝1+1", "</script><script>alert(1)</script>",
+    "| a | b |", "[a](javascript:alert(1))", "![](http://x)", "`x`", r"\input{/etc/passwd}", "line\n\nbreak",
+    "[2cm] row", "* row", "100 % & #1_$~^{}", "\x00\x1b[31m", "カップ 🥤 ßéł",
+)  # fmt: skip
+
+
+def test_texts_are_neither_formulas_nor_commands_nor_markup():
+    table = pd.DataFrame({"=name": HOSTILE, "height_mm": -1.5, "change": "-12.0 %"})
+    read = pd.read_csv(io.StringIO(export_table(table, table_format="csv")))
+    assert list(read.columns) == ["'=name", "height_mm", "change"]
+    assert not any(text[0] in "=+-@\t＝" for text in read["'=name"])
+    assert read["height_mm"].tolist() == [-1.5] * len(HOSTILE)
+    assert set(read["change"]) == {"-12.0 %"}
+
+    rows = export_table(table, table_format="latex").splitlines()
+    assert len(rows) == len(HOSTILE) + 6  # no text breaks a line
+    assert not any(row.startswith(("[", "*")) for row in rows)
+    assert r"\input" not in "".join(rows)
+    assert "??? ? ßéł" in rows[-3]
+
+    rows = export_table(table, table_format="markdown").splitlines()
+    assert len(rows) == len(HOSTILE) + 2
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {4}
+    assert not re.search(r"<|\]\(|(?<!\\)`", "".join(rows))
+
+    assert "<script" not in export_table(table, table_format="html")

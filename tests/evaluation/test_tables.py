@@ -99,7 +99,7 @@ def test_what_was_not_estimated_at_all_is_an_empty_cell_and_no_failure(annotatio
     assert table[["mass_mape", "filling_type_mpf1", "filling_level_mpf1"]].isna().all(axis=None)
     assert table["capacity_mape"].eq(0).all()
     assert table["failures"].eq(0).all()
-    note = "estimates: there is no container_mass_g for any recording; its cells are empty and it counts no failure"
+    note = "estimates: there is no container mass for any recording; its cells are empty and it counts no failure"
     assert note in errors.attrs["notes"]
     assert errors["filling_type_correct"].isna().all()
 
@@ -108,12 +108,12 @@ def test_annotation_without_truth_says_so_and_the_rest_is_computed(annotation):
     estimates = perfect_estimates(annotation)
     bare = error_table(estimates, annotation[["id", "container id"]])
     assert container_table(bare)[list(METRICS)].isna().all(axis=None)
-    assert "annotation: there is no truth of height_mm: its estimates cannot be judged" in bare.attrs["notes"]
+    assert "annotation: there is no truth of the height: its estimates cannot be judged" in bare.attrs["notes"]
     part = annotation.copy()
     part.loc[0, ["height", "filling type"]] = -1
     errors = error_table(estimates, part)
     assert container_table(errors)["height_mape"].eq(0).all()
-    assert "annotation: there is no height_mm of recording 000000: it cannot be judged there" in errors.attrs["notes"]
+    assert "annotation: there is no height of recording 000000: it cannot be judged there" in errors.attrs["notes"]
     assert not errors["failed"].any()
     ids_alone = error_table(estimates, annotation[["id"]])
     with pytest.raises(ArgumentError, match="a recording whose container is known"):

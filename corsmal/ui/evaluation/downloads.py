@@ -9,6 +9,7 @@ import streamlit as st
 
 from corsmal.dataset import Dataset
 from corsmal.evaluation import ENDINGS, TABLE_FORMATS, export_table, submission_csv, submission_table
+from corsmal.evaluation.escaping import csv_file
 from corsmal.evaluation.exporting import TableFormat
 from corsmal.evaluation.typesetting import TITLES
 from corsmal.figures.pins import Pin
@@ -40,7 +41,7 @@ def submission(judged: Judged) -> None:
 
 def estimates_file(run: Run) -> bytes:
     """A run's estimates as ``runs export`` writes them to a CSV file."""
-    return run.table.to_csv(index=False).encode()
+    return csv_file(run.table).encode()
 
 
 def submission_file(run: Run, dataset: Dataset) -> bytes:

@@ -1,48 +1,83 @@
-"""The report of a run: its tables, the views that were pinned, and the parameters, in one file."""
+"""The report of a run: what goes into it, making it in the background, and its download."""
 
-from dataclasses import asdict
-from functools import partial
+import uuid
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, partial
 
-import pandas as pd
 import streamlit as st
 
-from corsmal.evaluation import STAMPS, comparison_note, table_2_texts
-from corsmal.evaluation.typesetting import UNLIKE
-from corsmal.figures.report import report_html
+from corsmal.errors import CorsmalError
+from corsmal.figures.report import Report, draw_report, report_html
+from corsmal.runs.report import run_report
+from corsmal.runs.run import Run
+from corsmal.ui import shared
 from corsmal.ui.download_buttons import download_buttons
-from corsmal.ui.evaluation.judged import Judged
+from corsmal.ui.evaluation.judged import Judged, runs
+from corsmal.ui.following import follow
+from corsmal.ui.jobs import Job, Priority
 from corsmal.ui.messages import plain
 from corsmal.ui.pins import pins
 
+JOB = "report_job"
+KEPT_MAX = 8
+
+
+@dataclass(frozen=True)
+class MadeReport:
+    """A report that can be downloaded.
+
+    Args:
+        name: of the file.
+        content: the file.
+        note: what is to be said about it; may be empty.
+    """
+
+    name: str
+    content: bytes
+    note: str
+
 
 def report_section(judged: Judged) -> None:
-    """What goes into the report, and its download."""
+    """What goes into the report, a button that makes it, and its download."""
     st.caption(
-        "One HTML file that opens without a network: the tables of this run, what was pinned on the other pages, and "
-        "the parameters. Nothing is sent anywhere."
+        "One HTML file that opens and prints without a network: what was tried and on what, the results beside the "
+        "paper's, what was pinned on the other pages, and all parameters. Nothing is sent anywhere."
     )
-    run, found, protocol, cells = judged.run, judged.split, judged.protocol, judged.cells()
-    scores = judged.scores(found.split)
-    sentences = [
-        comparison_note(cells),
-        "" if found.split == "train" else UNLIKE,
-        *judged.errors().attrs["notes"],
-    ]
-    tables = {
-        f"By container ({protocol}): number [95 % interval], recordings, failures": table_2_texts(cells),
-        "Notes": pd.DataFrame({"note": [sentence for sentence in sentences if sentence]}),
-        f"The challenge's scores in % ({protocol}). {found}": scores.rename("score").reset_index(),
-        "Recordings": run.table,
-    }
-    parameters = {
-        "run": run.name,
-        "dataset": judged.dataset.root.name,
-        **run.facts(),
-        "protocol": protocol,
-        "files": run.data_digest,
-        **{f"{part} digest": digest for part, digest in run.digests.items() if digest is not None},
-        **asdict(run.settings.shape),
-    }
+    left, middle, right = st.columns(3)
+    title = left.text_input("Title", placeholder="Run and dataset", max_chars=120, key="report_title")
+    author = middle.text_input("Author", max_chars=80, key="report_author")
+    others = {run.name: run for run in runs(judged.dataset) if run.name != judged.run.name and run.rows}
+    against = right.selectbox(
+        "Compare with", [None, *others], format_func=lambda name: name or "no other run", key="report_against"
+    )
+    _pinned()
+    make = partial(
+        run_report,
+        judged.run,
+        judged.dataset,
+        protocol=judged.protocol,
+        against=others.get(str(against)),
+        pins=list(pins()),
+        title=title.strip(),
+        author=author.strip(),
+    )
+    key = str(st.session_state.get(JOB, ""))
+    if st.button("Make report", type="primary", icon=":material/description:", disabled=shared.jobs().is_active(key)):
+        key = st.session_state[JOB] = f"report {uuid.uuid4().hex}"
+        shared.jobs().start(key, "Report", partial(_make, key, judged.run, make), priority=Priority.NOW)
+    follow(key, unit="figures")
+    made = _made().get(key)
+    if made is not None:
+        if made.note:
+            st.caption(f":material/info: {plain(made.note)}")
+        st.caption(f"Made: {plain(made.name)}, {len(made.content) / 1e6:.1f} MB.")
+        download_buttons({"Download report (HTML)": (made.name, lambda: made.content)})
+
+
+def _pinned() -> None:
+    """What was pinned, each with a button that removes it."""
     chosen = pins()
     if not chosen:
         st.info(
@@ -52,7 +87,24 @@ def report_section(judged: Judged) -> None:
         st.markdown(f":material/push_pin: {plain(pin.title)}")
     if chosen:
         st.caption("Order them, write notes and remove them in *Pins* in the sidebar.")
-    report = partial(
-        report_html, f"Run {run.name}", banner=STAMPS[protocol], tables=tables, pins=chosen, parameters=parameters
-    )
-    download_buttons({"Download report (HTML)": ("report.html", lambda: report().encode())})
+
+
+def _make(key: str, run: Run, make: Callable[[], Report], job: Job) -> None:
+    """Make a report in the background and keep it for the session that asked."""
+    report, pictures, note = make(), list[bytes](), ""
+    try:
+        pictures = draw_report(report, progress=job.advance, cancelled=job.cancelled)
+    except CorsmalError as error:
+        note = f"The reader's browser will draw the figures: {error}."
+    if job.cancelled():
+        return
+    kept = _made()
+    kept[key] = MadeReport(f"{run.name}_report.html", report_html(report, pictures=pictures).encode(), note)
+    while len(kept) > KEPT_MAX:
+        kept.popitem(last=False)
+
+
+@cache
+def _made() -> OrderedDict[str, MadeReport]:
+    """The latest reports of this server, by the key of their job, which only their session knows."""
+    return OrderedDict()

@@ -24,6 +24,7 @@ from plotly.io.json import to_json_plotly
 
 from corsmal.errors import ArgumentError
 from corsmal.figures.style import Part
+from corsmal.ui.figure_download import as_seen, figure_dialog
 from corsmal.ui.linked_plot.assets import plotly_url, read_asset
 from corsmal.ui.linked_plot.events import PlotEvent, Slider, Span, parse_event
 
@@ -77,7 +78,7 @@ def linked_plot(
         raise ArgumentError(f"sliders must have different names, got {names}")
     if height_px < 1:
         raise ArgumentError(f"height_px must be positive, got {height_px}")
-    _component(
+    shown = _component(
         key=key,
         data={
             "figure": figure_json(figure),
@@ -93,7 +94,10 @@ def linked_plot(
             "plotly_url": plotly_url(),
         },
         on_report_change=no_callback,
+        on_download_change=no_callback,
     )
+    if shown.download is not None:
+        figure_dialog(as_seen(figure, shown.download, height_px=height_px), name=label)
 
 
 def plot_event(key: str) -> PlotEvent:

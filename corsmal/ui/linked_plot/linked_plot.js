@@ -22,6 +22,10 @@ class LinkedPlot {
   constructor(parent) {
     this.root = element("div", "linked-plot", parent, { role: "group" });
     this.figure = element("div", "linked-plot-figure", this.root);
+    this.download = element("button", "linked-plot-download", this.root, { type: "button", textContent: "⤓" });
+    this.download.title = "Download figure";
+    this.download.setAttribute("aria-label", "Download figure");
+    this.download.onclick = () => this.trigger("download", this.view());
     this.bar = element("div", "linked-plot-sliders", this.root);
     this.span = null; // the handles, once a figure has some
     this.sliders = new Map();
@@ -88,6 +92,16 @@ class LinkedPlot {
   keepCameras(layout) {
     const { _fullLayout: full } = this.figure;
     for (const id of full._subplots.gl3d) layout[id] = { ...layout[id], camera: full[id]._scene.getCamera() };
+  }
+
+  // How the figure is turned and zoomed, for a download that looks the same.
+  view() {
+    const { _fullLayout: full } = this.figure;
+    const [cameras, ranges] = [{}, {}];
+    for (const id of full?._subplots.gl3d ?? []) cameras[id] = full[id]._scene.getCamera();
+    for (const name of Object.keys(full ?? {}).filter((key) => /^[xy]axis\d*$/.test(key)))
+      if (!full[name].autorange) ranges[name] = full[name].range;
+    return { cameras, ranges };
   }
 
   theme() {

@@ -8,10 +8,11 @@ const OWN_KEYS =
 
 const mounted = new WeakMap();
 
-function mountAs(Kind, { data, parentElement, setStateValue }) {
+function mountAs(Kind, { data, parentElement, setStateValue, setTriggerValue }) {
   if (!mounted.has(parentElement)) mounted.set(parentElement, new Kind(parentElement));
   const view = mounted.get(parentElement);
   view.reports.send = (report) => setStateValue("report", report);
+  view.trigger = setTriggerValue;
   view.update(data);
   // Streamlit also calls this for renders that a newer one overtook; only leaving the page counts.
   return () => setTimeout(() => parentElement.isConnected || view.remove());

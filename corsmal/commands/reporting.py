@@ -1,0 +1,44 @@
+"""``report``: a run as one HTML file."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from corsmal.commands import Root, complain, progress_bar, say
+from corsmal.commands.runs import Name, open_run
+from corsmal.errors import CorsmalError
+
+
+def report(
+    root: Root,
+    name: Name,
+    *,
+    out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("report.html"),
+    protocol: Annotated[
+        Literal["held-out", "paper", "in-sample"], typer.Option(help="Numbers that count, as in `evaluate estimates`.")
+    ] = "held-out",
+    against: Annotated[str | None, typer.Option(help="Name of an earlier run to compare with.")] = None,
+    title: Annotated[str, typer.Option(help="Title; default: the names of run and dataset.")] = "",
+    author: Annotated[str, typer.Option(help="Who makes the report.")] = "",
+) -> None:
+    """Write the report of a run: one HTML file that opens and prints without a network.
+
+    Its figures are drawn as pictures by Chrome or Chromium; without one, the reader's browser draws them.
+    """
+    from corsmal.figures.report import draw_report, report_html
+    from corsmal.files import writing
+    from corsmal.runs.report import run_report
+
+    dataset, run = open_run(root, name)
+    earlier = None if against is None else open_run(root, against)[1]
+    made = run_report(run, dataset, protocol=protocol, against=earlier, title=title, author=author)
+    pictures: list[bytes] = []
+    try:
+        with progress_bar("figures") as progress:
+            pictures = draw_report(made, progress=progress)
+    except CorsmalError as error:
+        complain("The reader's browser will draw the figures", error)
+    with writing(out, advice="choose another file") as part:
+        part.write_text(report_html(made, pictures=pictures), encoding="utf-8")
+    say(f"Report: {out}, {out.stat().st_size / 1e6:.1f} MB")

@@ -1,0 +1,183 @@
+"""The blocks of a report as HTML."""
+
+import base64
+import html
+import io
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from functools import singledispatchmethod
+
+import pandas as pd
+import soundfile
+from plotly.io.json import to_json_plotly
+
+from corsmal.evaluation.exporting import MISSING, heading
+from corsmal.figures.paper import is_spatial
+from corsmal.figures.pins import Pin
+from corsmal.figures.report.blocks import Answers, Block, Chart, Commands, Pinned, Table, Table2, Text, Tile, Tiles
+from corsmal.figures.report.pictures import MEDIA, figure_parts, picture_format
+from corsmal.figures.report.table2 import table_2_html
+
+SOUND_AS = ("MP3", "audio/mpeg")
+"""How a sound is packed: to a tenth of a WAV, and every browser plays it."""
+
+
+class Writer:
+    """Writes the blocks of a report and numbers its figures.
+
+    Args:
+        pictures: of the Plotly figures in order; empty where the reader's browser draws them.
+    """
+
+    def __init__(self, pictures: Sequence[bytes]) -> None:
+        self._pictures: Iterator[bytes] = iter(pictures)
+        self._figures = 0
+
+    @singledispatchmethod
+    def block(self, block: Block) -> str:
+        """A block as HTML; every text is escaped."""
+        raise TypeError(f"no such block: {block!r}")
+
+    @block.register
+    def _(self, block: Text) -> str:
+        return "".join(f"<p>{_text(sentence)}</p>" for sentence in block.sentences if sentence)
+
+    @block.register
+    def _(self, block: Answers) -> str:
+        rows = (f"<dt>{_text(name)}</dt><dd>{_text(answer)}</dd>" for name, answer in block.by_question.items())
+        return f'<dl class="answers">{"".join(rows)}</dl>'
+
+    @block.register
+    def _(self, block: Tiles) -> str:
+        return f'<div class="tiles">{"".join(map(_tile, block.tiles))}</div>'
+
+    @block.register
+    def _(self, block: Table) -> str:
+        return f'<div class="scroll">{_table(block)}</div>'
+
+    @block.register
+    def _(self, block: Table2) -> str:
+        return f'<div class="scroll">{table_2_html(block)}</div>'
+
+    @block.register
+    def _(self, block: Commands) -> str:
+        return f"<pre>{_text(chr(10).join(block.lines))}</pre>"
+
+    @block.register
+    def _(self, block: Chart) -> str:
+        return self._plot(block, _text(block.caption), alt=block.caption)
+
+    @block.register
+    def _(self, block: Pinned) -> str:
+        caption = _pin_caption(block.pin)
+        if block.pin.figure is not None:
+            return self._plot(block, caption, alt=block.pin.title, kind="plot pinned")
+        return f'<figure class="pinned">{_content(block.pin)}{self._caption(caption)}</figure>'
+
+    def _plot(self, block: Chart | Pinned, caption: str, *, alt: str, kind: str = "plot") -> str:
+        """A figure as a picture, and what makes it live."""
+        parts = figure_parts(block)
+        content = next(self._pictures, b"")
+        layout = parts["layout"]
+        shown = _image(content, MEDIA[picture_format(parts)], alt) if content else ""
+        shape = f'style="aspect-ratio: {layout["width"]} / {layout["height"]}" role="img" aria-label="{_text(alt)}"'
+        action = "Turn in 3D" if is_spatial(parts) else "Show values"
+        return (
+            f'<figure class="{kind}"><div class="picture" {shape}>{shown}</div>'
+            f'<div class="live" hidden></div><button type="button" hidden>{action}</button>'
+            f'<script type="application/json">{_json(parts)}</script>{self._caption(caption)}</figure>'
+        )
+
+    def _caption(self, caption: str) -> str:
+        self._figures += 1
+        return f"<figcaption><b>Figure {self._figures}.</b> {caption}</figcaption>"
+
+
+def _text(text: object) -> str:
+    return html.escape(str(text), quote=True)
+
+
+def _json(parts: Mapping[str, object]) -> str:
+    """A figure within a script element, which no text in it can end."""
+    text = str(to_json_plotly(parts)).replace("<", r"\u003c").replace("\u2028", r"\u2028").replace("\u2029", r"\u2029")
+    json.loads(text)
+    return text
+
+
+def _tile(tile: Tile) -> str:
+    lines = "".join(
+        f'<tr class="{line.tone}"><th>{_text(line.label)}</th><td>{_text(line.value)}</td>'
+        f"<td>{_text(line.note)}</td></tr>"
+        for line in tile.lines
+    )
+    return f"<div><h3>{_text(tile.title)}</h3><p>{_text(tile.hint)}</p><table>{lines}</table></div>"
+
+
+def _table(block: Table) -> str:
+    table = block.table
+    is_number = [pd.api.types.is_numeric_dtype(dtype) for dtype in table.dtypes]
+    sides = ['class="number"' if right else "" for right in is_number]
+    heads = "".join(
+        f"<th {side}>{_text(heading(str(name)))}</th>" for name, side in zip(table.columns, sides, strict=True)
+    )
+    cells = (
+        (f"<td {side}>{_cell(value, block.digits)}</td>" for value, side in zip(row, sides, strict=True))
+        for row in table.itertuples(index=False, name=None)
+    )
+    rows = "".join(f"<tr>{''.join(row)}</tr>" for row in cells)
+    caption = f"<caption>{_text(block.caption)}</caption>" if block.caption else ""
+    return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _cell(value: object, digits: int) -> str:
+    if value is None or value is pd.NA or (isinstance(value, float) and pd.isna(value)) or value == "":
+        return MISSING
+    return f"{value:.{digits}f}".replace("-", "−") if isinstance(value, float) else _text(value)
+
+
+def _image(content: bytes, medium: str, alt: str) -> str:
+    return f'<img alt="{_text(alt)}" src="data:{medium};base64,{base64.b64encode(content).decode("ascii")}">'
+
+
+def _content(pin: Pin) -> str:
+    if pin.medium == "audio/wav":
+        content, medium = _packed_sound(pin.content)
+        packed = base64.b64encode(content).decode("ascii")
+        return (
+            f'<audio controls src="data:{medium};base64,{packed}"></audio>'
+            '<p class="paper">A sound: it can be played in the HTML file.</p>'
+        )
+    return _image(pin.content, str(pin.medium), pin.title)
+
+
+def _packed_sound(content: bytes) -> tuple[bytes, str]:
+    """A WAV as MP3; as it is where it cannot be packed."""
+    packed = io.BytesIO()
+    try:
+        samples, rate_hz = soundfile.read(io.BytesIO(content), dtype="float32")
+        soundfile.write(packed, samples, rate_hz, format=SOUND_AS[0])
+    except (soundfile.SoundFileError, TypeError, ValueError):
+        return content, "audio/wav"
+    return packed.getvalue(), SOUND_AS[1]
+
+
+def _pin_caption(pin: Pin) -> str:
+    """What a pin shows, of what, with which numbers, and what was noted."""
+    places = {
+        "dataset": pin.dataset,
+        "recording": pin.recording,
+        "frame": pin.frame,
+        "run": pin.run,
+    }
+    where = ", ".join(f"{name} {value}" for name, value in places.items() if value is not None)
+    shown = "".join(f"<li>{_text(name)} <b>{_text(value)}</b></li>" for name, value in pin.numbers.items())
+    with_what = ", ".join(f"{name} {value}" for name, value in pin.parameters.items())
+    parts = [
+        f"<b>{_text(pin.title)}</b>",
+        f'<p class="note">{_text(pin.note)}</p>' if pin.note else "",
+        f'<ul class="numbers">{shown}</ul>' if shown else "",
+        f"<p>{_text(where[:1].upper() + where[1:])}.</p>" if where else "",
+        f"<p>Parameters: {_text(with_what)}.</p>" if with_what else "",
+        f"<p>Address in the app: <code>{_text(pin.link)}</code></p>" if pin.link else "",
+    ]
+    return "".join(parts)

@@ -1,0 +1,205 @@
+"""The end of a run's report: every recording, all parameters, digests, and the commands that make it again."""
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import Any
+
+import pandas as pd
+
+import corsmal
+from corsmal.dataset import Dataset
+from corsmal.dataset.annotation_file import listed
+from corsmal.evaluation.exporting import heading
+from corsmal.evaluation.metrics import CLASS_NAMES
+from corsmal.evaluation.protocols import Protocol
+from corsmal.figures.report import Block, Commands, Section, Table, Text
+from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
+from corsmal.quantities import BY_NAME, CLASSES, MEASURED
+from corsmal.runs.run import OWN, Run
+from corsmal.weights import WeightsFile
+
+PROGRAM = "python -m corsmal"
+NO_BREAK = "\u00a0"
+
+NAMES = {
+    "circumferences": "Circumferences, L",
+    "points": "Points of a circumference, N",
+    "radii": "Radii tried",
+    "radius_max_mm": "Largest radius, r_max (mm)",
+    "radius_min_mm": "Smallest radius, r_min (mm)",
+    "max_difference_mm": "Largest step between radii, d_max (mm)",
+    "fit_rule": "Views that a circumference must fit",
+    "width_rule": "Where widths are read",
+    "height_range_reference": "Heights are measured from",
+    "height_range_low_mm": "Lowest circumference (mm)",
+    "height_range_high_mm": "Highest circumference (mm)",
+    "tilt_deg": "Expected tilt of the axis (°)",
+    "boxes": "Boxes are fitted too",
+    "all_views": "The third view is used",
+    "frames": "Frames fitted of a recording",
+    "wall_mm": "Wall left out of the capacity (mm)",
+}
+"""Parameters of the fit as people read them, where the field's name does not say it."""
+
+UNUSED = {
+    "circumferences": ("tilt_deg", "boxes", "all_views"),
+    "outlines": (
+        "points",
+        "radii",
+        "radius_max_mm",
+        "radius_min_mm",
+        "max_difference_mm",
+        "fit_rule",
+        "height_range_reference",
+        "height_range_low_mm",
+        "height_range_high_mm",
+    ),
+}
+"""Parameters that a method of the fit does not use."""
+
+
+def recordings_table(run: Run, errors: pd.DataFrame) -> pd.DataFrame:
+    """Every judged recording in words: what was estimated, and how far off that is; the worst first."""
+    capacity = errors[BY_NAME["capacity_ml"].error_column].abs()
+    order = pd.DataFrame({"failed": ~errors["failed"], "capacity": -capacity}).sort_values(["failed", "capacity"]).index
+    estimates = run.table.set_index("recording_id").loc[order]
+    own = errors.loc[order]
+    columns: dict[str, Any] = {"recording": list(order), "container": own["container"].to_list()}
+    columns["status"] = estimates["status"].to_list()
+    columns["frame"] = ["" if pd.isna(frame) else str(frame) for frame in own["best_frame"]]
+    for name in CLASSES:
+        classes = zip(own[name], own[f"{name}_true"], own[f"{name}_correct"], strict=True)
+        columns[heading(name)] = [_class_text(name, *each) for each in classes]
+    for name in MEASURED:
+        quantity = BY_NAME[name]
+        numbers = zip(estimates[name], own[quantity.error_column], strict=True)
+        columns[f"{quantity.label} ({quantity.unit})"] = [_number_text(*each) for each in numbers]
+    return pd.DataFrame(columns)
+
+
+def recordings_notes(errors: pd.DataFrame) -> list[str]:
+    """What was noted of recordings, each note once, with the recordings that have it."""
+    by_note: dict[str, list[str]] = {}
+    for name, text in errors["notes"].items():
+        for note in filter(None, str(text).split("; ")):
+            by_note.setdefault(note, []).append(str(name))
+    return [f"{note[:1].upper()}{note[1:]}: {listed(names)}." for note, names in by_note.items()]
+
+
+def _class_text(name: str, predicted: Any, truth: Any, is_correct: Any) -> str:
+    if pd.isna(predicted):
+        return ""
+    names = CLASS_NAMES[name]
+    text = names[int(predicted)]
+    return text if pd.isna(is_correct) or is_correct else f"{text}, true {names[int(truth)]}"
+
+
+def _number_text(value: float, error_percent: float) -> str:
+    if pd.isna(value):
+        return ""
+    return f"{value:,.0f}" + (
+        "" if pd.isna(error_percent) else f" ({error_percent:+.0f} %)".replace("-", "−").replace(" ", NO_BREAK)
+    )
+
+
+def appendix(run: Run, dataset: Dataset, *, protocol: Protocol, against: Run | None) -> Section:
+    """All parameters, digests and commands."""
+    own = {"This run": run.settings.shape}
+    others = {} if against is None else {f"run {against.name}": against.settings.shape}
+    blocks: list[Block] = [
+        Table(parameters_table(own | others), "Parameters of the fit"),
+        Table(_facts_table(run), "What the run was made with"),
+        Text(["These commands make the numbers again; the dataset's folder is given here by its name only:"]),
+        Commands(commands(run, dataset, protocol=protocol, against=against)),
+    ]
+    return Section("Appendix: parameters, digests, commands", blocks, starts_page=True)
+
+
+def parameters_table(shapes: Mapping[str, ShapeParameters]) -> pd.DataFrame:
+    """Parameters as people read them, a column per run."""
+    flat = {name: _flat(asdict(shape)) for name, shape in shapes.items()}
+    names = list(next(iter(flat.values())))
+    return pd.DataFrame(
+        {"parameter": [NAMES.get(name, heading(name)) for name in names]}
+        | {
+            run: ["not used" if name in UNUSED[values["method"]] else _value_text(values[name]) for name in names]
+            for run, values in flat.items()
+        }
+    )
+
+
+def _flat(values: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            found |= {f"{name}_{inner}": part for inner, part in value.items()}
+        else:
+            found[name] = value
+    return found
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _facts_table(run: Run) -> pd.DataFrame:
+    means = run.settings.means
+    facts = {
+        **run.facts(),
+        "means that stand in for failed fits": "none" if means is None else f"of {means.source}",
+        "digest of the recordings' files": run.data_digest,
+        **{f"digest of the {part} network": name for part, name in run.digests.items() if name is not None},
+        "digest of the run": run.key,
+        "version of the method": run.method_version,
+        "version of corsmal": corsmal.__version__,
+    }
+    del facts["files"]
+    names = [name[:1].upper() + name[1:] for name in facts]
+    return pd.DataFrame({"item": names, "value": [str(value) for value in facts.values()]})
+
+
+def commands(run: Run, dataset: Dataset, *, protocol: Protocol, against: Run | None) -> list[str]:
+    """Lines for a terminal that estimate the run again, judge it and write its report."""
+    root, name = shlex.quote(dataset.name), shlex.quote(run.name)
+    lines = []
+    for each in (run, *([] if against is None else [against])):
+        if each.preset == OWN and _preset_option(each) is None:
+            lines.append(f"# {each.name}: no preset has its parameters; set them on the Shape page and start the run")
+        else:
+            lines.append(_estimate_command(each, dataset))
+    table = shlex.quote(f"{run.name}.csv")
+    lines.append(f"{PROGRAM} runs export {root} {name} {table}")
+    lines.append(f"{PROGRAM} evaluate estimates {root} {table} --protocol {protocol}")
+    beside = "" if against is None else f" --against {shlex.quote(against.name)}"
+    lines.append(f"{PROGRAM} report {root} {name} --protocol {protocol}{beside} --out report.html")
+    return lines
+
+
+def _estimate_command(run: Run, dataset: Dataset) -> str:
+    settings = run.settings
+    ids = [] if tuple(run.recordings) == tuple(dataset.ids) else [shlex.quote(each) for each in run.recordings]
+    options = [_preset_option(run) or ""]
+    options += [f"--{file.kind} {_weights_option(file)}" for file in (settings.filling, settings.mass) if file]
+    if settings.features is not None:
+        options.append(f"--features {shlex.quote(settings.features.name)}")
+    if settings.detector is not None:
+        options.append(f"--detector {settings.detector.method}")
+    words = [PROGRAM, "estimate", shlex.quote(dataset.name), *ids, f"--run {shlex.quote(run.name)}", *options]
+    return " ".join([*words, f"--out {shlex.quote(f'{run.name}.csv')}"])
+
+
+def _preset_option(run: Run) -> str | None:
+    """The options that give a run's parameters of the fit; None where no preset does."""
+    for name, preset in SHAPE_PRESETS.items():
+        if run.settings.shape == preset:
+            return f"--preset {name}"
+        if run.settings.shape == replace(preset, wall_mm=run.settings.shape.wall_mm):
+            return f"--preset {name} --wall {run.settings.shape.wall_mm:g}"
+    return None
+
+
+def _weights_option(file: WeightsFile) -> str:
+    return "demo" if file.is_bundled else shlex.quote(file.path.name)

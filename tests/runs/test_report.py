@@ -1,0 +1,104 @@
+from dataclasses import replace
+from datetime import date
+
+import pytest
+
+from corsmal.dataset import open_dataset
+from corsmal.errors import ArgumentError
+from corsmal.figures.pins import Pin
+from corsmal.figures.report import Commands, Table, Table2, report_html
+from corsmal.parameters import ShapeParameters
+from corsmal.runs import make_run
+from corsmal.runs.report import run_report
+from corsmal.runs.report_appendix import commands
+from corsmal.stages.settings import default_settings
+
+
+@pytest.fixture(scope="module")
+def dataset(tiny_dataset_root):
+    return open_dataset(tiny_dataset_root)
+
+
+@pytest.fixture(scope="module")
+def runs(dataset, tmp_path_factory):
+    from corsmal.store import Store  # noqa: PLC0415
+
+    store = Store(tmp_path_factory.mktemp("store"))
+    shapes = {"first": ShapeParameters.paper(), "second": replace(ShapeParameters.paper(), max_difference_mm=2.0)}
+    return {
+        name: make_run(name, dataset, default_settings(dataset, shape=shape), store=store)
+        for name, shape in shapes.items()
+    }
+
+
+def blocks_of(report, kind):
+    return [block for section in report.sections for block in section.blocks if isinstance(block, kind)]
+
+
+def test_it_says_what_was_tried_on_what_with_which_result_and_how_sure(dataset, runs):
+    pin = Pin("A frame", content=b"x", medium="image/png")
+    report = run_report(
+        runs["second"], dataset, against=runs["first"], pins=[pin], author="A. Author", made=date(2026, 3, 1)
+    )
+    assert report.made == "1 March 2026"
+    assert report.banner.kind == "Real recordings"
+    assert "3 recordings of the dataset" in report.banner.text
+    assert "000000, 000001, 000002" in report.banner.text
+    headings = [section.heading for section in report.sections]
+    assert headings == [
+        "In a minute",
+        "Results by container",
+        "Where the errors are",
+        "CORSMAL Challenge",
+        "Run second against run first",
+        "Pinned views",
+        "Recordings",
+        "Appendix: parameters, digests, commands",
+    ]
+    answers = report.sections[0].blocks[0].by_question
+    assert answers["What was tried"].startswith(
+        "Run second: the shape is fitted with parameters of its own (L 145, d_max 2 mm)"
+    )
+    assert "no filling network was used" in answers["What was tried"]
+    assert answers["On what"].startswith("3 real recordings of 3 containers: red cup, green glass, small white cup.")
+    assert "for orientation, not for comparison" in answers["On what"]
+    assert answers["With which result"].startswith("The capacity is off by ")
+    assert "of 3 recordings failed" in answers["How sure"]
+    assert "with only 3 recordings they are wide" in answers["How sure"]
+    assert len(blocks_of(report, Table2)[0].cells) == 28
+    page = report_html(report)
+    for wrong in ("<NA>", "nan", "None", "filling_type", "capacity_ml"):
+        assert wrong not in page.split('id="plotly"')[0].split("<main>")[1].replace("finance", ""), wrong
+
+
+def test_recordings_are_listed_in_words_the_worst_first(dataset, runs):
+    table = blocks_of(run_report(runs["first"], dataset), Table)[-3].table
+    assert list(table.columns[:4]) == ["recording", "container", "status", "frame"]
+    assert set(table["recording"]) == set(dataset.ids)
+    assert table["Capacity (mL)"].str.fullmatch(r"[\d,]+\s\([+−]\d+\s%\)|").all()
+    assert table["status"].iloc[-1].startswith("fitted")
+
+
+def test_the_commands_of_the_appendix_name_preset_recordings_and_protocol(dataset, runs):
+    lines = commands(runs["first"], dataset, protocol="paper", against=None)
+    root = dataset.name
+    assert lines == [
+        f"python -m corsmal estimate {root} --run first --preset paper --out first.csv",
+        f"python -m corsmal runs export {root} first first.csv",
+        f"python -m corsmal evaluate estimates {root} first.csv --protocol paper",
+        f"python -m corsmal report {root} first --protocol paper --out report.html",
+    ]
+    hostile = replace(runs["second"], name="a; rm -rf $(b)", recordings=("000000",))
+    lines = commands(hostile, dataset, protocol="held-out", against=runs["first"])
+    assert lines[0].startswith("# a; rm -rf $(b): no preset has its parameters")
+    assert f"runs export {root} 'a; rm -rf $(b)' 'a; rm -rf $(b).csv'" in lines[2]
+    walled = replace(
+        runs["first"], settings=replace(runs["first"].settings, shape=replace(ShapeParameters.tuned(), wall_mm=2.5))
+    )
+    assert "--preset tuned --wall 2.5" in commands(walled, dataset, protocol="held-out", against=None)[0]
+    assert len(blocks_of(run_report(runs["first"], dataset), Commands)) == 1
+
+
+def test_a_run_without_rows_of_the_dataset_is_one_sentence(dataset, runs):
+    with pytest.raises(ArgumentError, match="estimates"):
+        run_report(replace(runs["first"], rows=()), dataset)
