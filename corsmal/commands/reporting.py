@@ -1,13 +1,17 @@
 """``report``: a run as one HTML file."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from corsmal.commands import Root, complain, progress_bar, say
 from corsmal.commands.runs import Name, open_run
-from corsmal.errors import CorsmalError
+from corsmal.errors import CorsmalError, NotFoundError
+
+if TYPE_CHECKING:
+    from corsmal.dataset import Dataset
+    from corsmal.figures.pins import Pin
 
 
 def report(
@@ -19,6 +23,9 @@ def report(
         Literal["held-out", "paper", "in-sample"], typer.Option(help="Numbers that count, as in `evaluate estimates`.")
     ] = "held-out",
     against: Annotated[str | None, typer.Option(help="Name of an earlier run to compare with.")] = None,
+    pins: Annotated[
+        str | None, typer.Option(help="Name of a collection of pins to show, as *Pins* in the app's sidebar has it.")
+    ] = None,
     title: Annotated[str, typer.Option(help="Title; default: the names of run and dataset.")] = "",
     author: Annotated[str, typer.Option(help="Who makes the report.")] = "",
 ) -> None:
@@ -32,7 +39,8 @@ def report(
 
     dataset, run = open_run(root, name)
     earlier = None if against is None else open_run(root, against)[1]
-    made = run_report(run, dataset, protocol=protocol, against=earlier, title=title, author=author)
+    shown = [] if pins is None else _pins_of(pins, dataset)
+    made = run_report(run, dataset, protocol=protocol, against=earlier, pins=shown, title=title, author=author)
     pictures: list[bytes] = []
     try:
         with progress_bar("figures") as progress:
@@ -42,3 +50,21 @@ def report(
     with writing(out, advice="choose another file") as part:
         part.write_text(report_html(made, pictures=pictures), encoding="utf-8")
     say(f"Report: {out}, {out.stat().st_size / 1e6:.1f} MB")
+
+
+def _pins_of(name: str, dataset: "Dataset") -> "list[Pin]":
+    """The pins of a collection.
+
+    Raises:
+        NotFoundError: it holds none.
+    """
+    from corsmal.figures.pin_collections import list_collections, load_collection
+    from corsmal.store import Store
+
+    store, fingerprint = Store(), dataset.fingerprint
+    found = load_collection(name, dataset=fingerprint, store=store).load(store=store)
+    if not found:
+        names = list_collections(dataset=fingerprint, store=store)
+        known = ", ".join(names) or "none"
+        raise NotFoundError(f"there is no pin in a collection {name!r} on {dataset.root}; collections: {known}")
+    return found

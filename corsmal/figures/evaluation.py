@@ -110,7 +110,7 @@ def errors_figure(errors: pd.DataFrame, *, seed: int = 0) -> go.Figure:
         layout[f"yaxis{ending}"] = {**ticks, "anchor": f"x{ending}", **own}
         where = {"x": (start + end) / 2, "y": 1, "xref": "paper", "yref": "paper", "yanchor": "bottom"}
         layout["annotations"].append(note(f"<b>{quantity.label}</b>", **where))
-    layout["legend"] |= {"y": 1.08}
+    layout["legend"] |= {"y": 1, "yref": "container", "yanchor": "top"}
     return go.Figure(traces, layout)
 
 

@@ -146,7 +146,7 @@ def _table_2(judged: JudgedRun) -> Section:
         "F1-score. MAPE: mean absolute percentage error. Brackets: 95 % bootstrap intervals over recordings. Average: "
         "over containers." + (" Bold: not worse than the paper." if judged.is_like_with_like else "")
     )
-    notes = [comparison_note(judged.cells), *judged.errors.attrs["notes"]]
+    notes = [comparison_note(judged.cells), *map(_sentence, judged.errors.attrs["notes"])]
     table = Table2(judged.cells, caption, judged.is_like_with_like)
     return Section("Results by container", [table, Text(list(dict.fromkeys(notes)))], starts_page=True)
 
@@ -182,9 +182,10 @@ def _challenge(judged: JudgedRun) -> Section:
     names = {**SCORE_NAMES, "overall": "overall", "JFTL": "JFTL", "CMD": "CMD"}
     row = {names[score].replace("_", " "): [float(scores[score])] for score in names if score in scores.index}
     caption = (
-        f"The challenge's scores, in %, over {_counted(scores.attrs['scored'])}; the best overall score without a "
-        f"simulator is 75. JFTL: joint filling type and level. CMD: container capacity and dimensions. {found} The "
-        "teams of the leaderboard were scored on other recordings, so this run is not ranked among them."
+        f"The challenge's scores, in %, over {_counted(scores.attrs['scored'])}; a task without estimates scores 0. "
+        "Without a simulator the best overall score is 75. JFTL: joint filling type and level. CMD: container capacity "
+        f"and dimensions. {found} The teams of the leaderboard were scored on other recordings, so this run is not "
+        "ranked among them."
     )
     return Section("CORSMAL Challenge", [Table(pd.DataFrame(row), caption)])
 
@@ -233,6 +234,12 @@ def _labels() -> dict[str, str]:
         metric: f"{quantity.words.capitalize()}, {'MPF1' if quantity.is_class else 'MAPE'}"
         for metric, quantity in BY_METRIC.items()
     }
+
+
+def _sentence(note: str) -> str:
+    """A note on a table as a sentence of its own."""
+    text = note.removeprefix("estimates: ").removeprefix("annotation: ")
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
 
 
 def _counted(recordings: int) -> str:

@@ -98,9 +98,10 @@ def _class_text(name: str, predicted: Any, truth: Any, is_correct: Any) -> str:
 def _number_text(value: float, error_percent: float) -> str:
     if pd.isna(value):
         return ""
-    return f"{value:,.0f}" + (
-        "" if pd.isna(error_percent) else f" ({error_percent:+.0f} %)".replace("-", "−").replace(" ", NO_BREAK)
-    )
+    if pd.isna(error_percent):
+        return f"{value:,.0f}"
+    error = f"{error_percent:+.0f} %" if abs(error_percent) >= 0.5 else "0 %"
+    return f"{value:,.0f} ({error})".replace("-", "−").replace(" ", NO_BREAK)
 
 
 def appendix(run: Run, dataset: Dataset, *, protocol: Protocol, against: Run | None) -> Section:

@@ -56,7 +56,7 @@ def _tried(judged: "JudgedRun") -> str:
         name = facts[f"{kind} network"]
         parts.append(f"no {kind} network was used" if name == "none" else f"the {name} predicts {what}")
     detector = run.settings.detector
-    found = "detections were there before" if detector is None else f"containers are detected by {facts['detector']}"
+    found = "existing detections are used" if detector is None else f"containers are detected by {facts['detector']}"
     return f"Run {run.name}: {'; '.join([*parts, found])}."
 
 
@@ -66,7 +66,15 @@ def _on_what(judged: "JudgedRun") -> str:
     kind = {True: "synthetic ", False: "real ", None: ""}[judged.is_synthetic]
     shown = ", ".join(names[:9]) + (f" and {len(names) - 9} more" if len(names) > 9 else "")
     what = f"{_counted(len(errors), f'{kind}recording')} of {_counted(len(names), 'container')}: {shown}."
-    return what if judged.is_like_with_like else f"{what} {UNLIKE}"
+    if judged.is_like_with_like:
+        return what
+    if judged.split.split == "train":
+        whole = len(judged.dataset)
+        return (
+            f"{what} The paper's numbers are of all {whole} recordings of this set: beside {len(errors)} of them they "
+            "are for orientation, not for comparison."
+        )
+    return f"{what} {UNLIKE}"
 
 
 def _result(headlines: Sequence[Headline]) -> str:
@@ -103,6 +111,8 @@ def _sure(judged: "JudgedRun") -> str:
             f"of the {NOMINAL_PERCENT:.0f} % intervals that the estimates state, {coverage.count} of {coverage.total} "
             f"contain the truth ({coverage.value:.0f} %)"
         )
+    if count == 1:
+        return f"{'; '.join(parts)}. One recording has no spread: how it would be with another one cannot be told."
     text = "; ".join(parts) + ". Brackets hold 95 % bootstrap intervals over the recordings"
     few = f"; with only {_counted(count, 'recording')} they are wide, and a container with one recording has none"
     return f"{text}{few if count < FEW else ''}."
@@ -137,7 +147,7 @@ def _lines(judged: "JudgedRun", headlines: Sequence[Headline]) -> list[TileLine]
         tone: Tone = ""
         if judged.is_like_with_like and each.is_significant and each.difference is not None:
             tone = "better" if (each.difference < 0) == each.is_lower_better else "worse"
-        note = "; ".join(filter(None, [_spread(each), paper]))
+        note = "; ".join(filter(None, ["not estimated" if each.value is None else _spread(each), paper]))
         lines.append(TileLine(each.label, "–" if each.value is None else f"{each.value:.1f} %", note, tone))
     return lines
 

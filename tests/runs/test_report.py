@@ -75,7 +75,7 @@ def test_recordings_are_listed_in_words_the_worst_first(dataset, runs):
     table = blocks_of(run_report(runs["first"], dataset), Table)[-3].table
     assert list(table.columns[:4]) == ["recording", "container", "status", "frame"]
     assert set(table["recording"]) == set(dataset.ids)
-    assert table["Capacity (mL)"].str.fullmatch(r"[\d,]+\s\([+−]\d+\s%\)|").all()
+    assert table["Capacity (mL)"].str.fullmatch(r"[\d,]+\s\(([+−]\d+|0)\s%\)|").all()
     assert table["status"].iloc[-1].startswith("fitted")
 
 

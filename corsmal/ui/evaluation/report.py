@@ -9,6 +9,7 @@ from functools import cache, partial
 import streamlit as st
 
 from corsmal.errors import CorsmalError
+from corsmal.figures.pin_collections import Collection
 from corsmal.figures.report import Report, draw_report, report_html
 from corsmal.runs.report import run_report
 from corsmal.runs.run import Run
@@ -18,7 +19,7 @@ from corsmal.ui.evaluation.judged import Judged, runs
 from corsmal.ui.following import follow
 from corsmal.ui.jobs import Job, Priority
 from corsmal.ui.messages import plain
-from corsmal.ui.pins import pins
+from corsmal.ui.pins.pinning import collection
 
 JOB = "report_job"
 KEPT_MAX = 8
@@ -52,17 +53,19 @@ def report_section(judged: Judged) -> None:
     against = right.selectbox(
         "Compare with", [None, *others], format_func=lambda name: name or "no other run", key="report_against"
     )
-    _pinned()
-    make = partial(
-        run_report,
-        judged.run,
-        judged.dataset,
-        protocol=judged.protocol,
-        against=others.get(str(against)),
-        pins=list(pins()),
-        title=title.strip(),
-        author=author.strip(),
-    )
+    pinned = _pinned()
+
+    def make() -> Report:
+        return run_report(
+            judged.run,
+            judged.dataset,
+            protocol=judged.protocol,
+            against=others.get(str(against)),
+            pins=pinned.load(store=shared.store()),
+            title=title.strip(),
+            author=author.strip(),
+        )
+
     key = str(st.session_state.get(JOB, ""))
     if st.button("Make report", type="primary", icon=":material/description:", disabled=shared.jobs().is_active(key)):
         key = st.session_state[JOB] = f"report {uuid.uuid4().hex}"
@@ -76,17 +79,18 @@ def report_section(judged: Judged) -> None:
         download_buttons({"Download report (HTML)": (made.name, lambda: made.content)})
 
 
-def _pinned() -> None:
-    """What was pinned, each with a button that removes it."""
-    chosen = pins()
-    if not chosen:
+def _pinned() -> Collection:
+    """What is pinned in the open collection; the tray in the sidebar changes it."""
+    found = collection()
+    if not found.pins:
         st.info(
             "Nothing is pinned yet: the pages have a *Pin* button under what they show.", icon=":material/push_pin:"
         )
-    for pin in chosen:
+    for pin in found.pins:
         st.markdown(f":material/push_pin: {plain(pin.title)}")
-    if chosen:
+    if found.pins:
         st.caption("Order them, write notes and remove them in *Pins* in the sidebar.")
+    return found
 
 
 def _make(key: str, run: Run, make: Callable[[], Report], job: Job) -> None:
