@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from corsmal.dataset import open_dataset
-from corsmal.dataset.annotation_file import read_annotations
+from corsmal.dataset.annotation_places import read_annotations
 from corsmal.dataset.audio import CHANNELS, read_audio
 from corsmal.dataset.calibration import read_camera
 from corsmal.dataset.ids import ID_PATTERN

@@ -1,18 +1,19 @@
 """Annotation files: JSON or CSV, taken as far as they are usable, with a sentence on the rest."""
 
-import csv
-import io
 import json
 import math
-import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from corsmal.dataset.annotation import CONTAINERS, FILLINGS, LEVELS, Annotation, Kind
+from corsmal.dataset.findings import Finding
+from corsmal.dataset.headings import Columns
 from corsmal.dataset.ids import listed, recording_id
-from corsmal.errors import FileError
+from corsmal.dataset.tables import read_table
+from corsmal.dataset.text_files import read_text
+from corsmal.errors import ArgumentError, FileError
 
 
 @dataclass(frozen=True)
@@ -21,16 +22,18 @@ class Annotations:
 
     Args:
         by_id: what is known, by recording id, in the file's order.
-        problems: sentences on what is absent or was not usable.
+        findings: what is absent, was not usable, or was assumed.
+        by_container: what is known of containers, by their number, from a table without recordings.
     """
 
     by_id: Mapping[str, Annotation] = field(default_factory=dict)
-    problems: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    by_container: Mapping[int, Annotation] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class _Column:
-    """How one field is read: its key in the file, the values it may have, and whether −1 is an ordinary value."""
+    """How one field is read: its key in the file, its values and their names, and whether −1 is ordinary."""
 
     key: str
     convert: Callable[[object, "_Column"], float | None]
@@ -38,6 +41,7 @@ class _Column:
     high: float = math.inf
     is_low_allowed: bool = True
     is_often_unknown: bool = False
+    names: Sequence[str] = ()
 
 
 def _number(value: object, column: _Column) -> float | None:
@@ -52,6 +56,8 @@ def _number(value: object, column: _Column) -> float | None:
 
 
 def _whole_number(value: object, column: _Column) -> int | None:
+    if isinstance(value, str) and value.strip().lower() in column.names:
+        return column.names.index(value.strip().lower())
     number = _number(value, column)
     return int(number) if number is not None and number.is_integer() else None
 
@@ -67,47 +73,66 @@ _COLUMNS = {
     "depth_mm": _Column("depth", _number, is_low_allowed=False, is_often_unknown=True),
     "capacity_ml": _Column("container capacity", _number, is_low_allowed=False),
     "container_mass_g": _Column("container mass", _number, is_low_allowed=False),
-    "filling_type": _Column("filling type", _whole_number, high=len(FILLINGS) - 1),
-    "filling_level": _Column("filling level", _whole_number, high=len(LEVELS) - 1),
+    "filling_type": _Column("filling type", _whole_number, high=len(FILLINGS) - 1, names=FILLINGS),
+    "filling_level": _Column("filling level", _whole_number, high=len(LEVELS) - 1, names=LEVELS),
     "filling_density_g_per_ml": _Column("filling density", _number),
     "filling_mass_g": _Column("filling mass", _number),
 }
 
 
-def read_annotations(root: Path, names: Iterable[str]) -> Annotations:
-    """Read the annotation of a dataset folder as far as it can be used, with sentences on the rest.
+TABLE_COLUMNS = Columns(
+    ids="id",
+    spellings={column.key: (name,) for name, column in _COLUMNS.items()},
+    units={
+        **dict.fromkeys(("width at the top", "width at the bottom", "height", "depth"), "mm"),
+        **dict.fromkeys(("container mass", "filling mass"), "g"),
+        "container capacity": "mL",
+        "filling density": "g/mL",
+    },
+)
+"""An annotation's columns, under the names of the published file or those of ``Annotation``."""
 
-    Of the files ``names`` in it the first is taken whose name contains ``annotation`` and that can be read, JSON before
-    CSV.
+
+def read_annotation_file(path: Path, *, file: str) -> Annotations:
+    """Read one annotation file as far as it can be used: JSON, or a table of text.
+
+    Args:
+        path: the file.
+        file: what findings call it.
+
+    Raises:
+        FileError: it cannot be read, or is no annotation.
     """
-    candidates = sorted(name for name in names if re.search(r"annotation.*\.(json|csv)$", name.lower()))
-    candidates.sort(key=lambda name: not name.lower().endswith(".json"))
-    problems = []
-    for name in candidates:
-        try:
-            rows, containers = _rows_of(root / name)
-        except FileError as error:
-            problems.append(str(error))
-            continue
-        by_id, more = _collect(rows, containers)
-        return Annotations(by_id, (*problems, *(f"{name}: {problem}" for problem in more)))
-    if not candidates:
-        problems.append(f"no annotation was found: {root} holds no file like ccm_train_annotation.json or .csv")
-    return Annotations({}, tuple(problems))
+    if path.suffix.lower() == ".json":
+        rows, containers, notes = _json_rows(path)
+    else:
+        table = read_table(path, TABLE_COLUMNS)
+        rows = [dict(zip(table.names, row, strict=True)) for row in table.rows]
+        containers, notes = dict(CONTAINERS), list(table.notes)
+    by_id, by_container, problems = _collect(rows, containers)
+    findings = [Finding("note", "annotation", note, file=file) for note in notes]
+    findings += [Finding("warning", "annotation", problem, file=file) for problem in problems]
+    return Annotations(by_id, tuple(findings), by_container)
 
 
-def _rows_of(path: Path) -> tuple[list[dict[str, Any]], dict[int, tuple[str, Kind | None]]]:
-    """The file's rows with their keys in lower case, and the containers that it describes itself."""
+def _json_rows(path: Path) -> tuple[list[dict[str, Any]], dict[int, tuple[str, Kind | None]], list[str]]:
+    """The file's rows under the names of ``TABLE_COLUMNS``, the containers that it describes, and what was assumed."""
+    text = read_text(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-        content = json.loads(text) if path.suffix.lower() == ".json" else list(csv.DictReader(io.StringIO(text)))
-    except (OSError, ValueError, RecursionError, csv.Error) as error:
+        content = json.loads(text.content)
+    except (ValueError, RecursionError) as error:
         raise FileError(path, f"the annotation cannot be read ({error}); download it again") from error
     rows = content.get("annotations") if isinstance(content, dict) else content
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise FileError(path, "is no annotation: a list of rows, in JSON under 'annotations', was expected")
     described = content.get("containers") if isinstance(content, dict) else None
-    return [{str(key).strip().lower(): row[key] for key in row} for row in rows], _containers_of(described)
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    try:
+        names = dict(zip(keys, TABLE_COLUMNS.names(keys), strict=True))
+    except ArgumentError as error:
+        raise FileError(path, str(error)) from error
+    renamed = [{names[key] or key: row[key] for key in reversed(row)} for row in rows]
+    return renamed, _containers_of(described), [text.note] if text.note else []
 
 
 def _containers_of(described: object) -> dict[int, tuple[str, Kind | None]]:
@@ -124,8 +149,8 @@ def _containers_of(described: object) -> dict[int, tuple[str, Kind | None]]:
 
 def _collect(
     rows: list[dict[str, Any]], containers: dict[int, tuple[str, Kind | None]]
-) -> tuple[dict[str, Annotation], list[str]]:
-    """Annotations by recording id, and what was wrong with the rows."""
+) -> tuple[dict[str, Annotation], dict[int, Annotation], list[str]]:
+    """Annotations by recording id, or by container where no row has one, and what was wrong with the rows."""
     problems = []
     present = {key for row in rows for key in row}
     absent = [column.key for column in _COLUMNS.values() if column.key not in present]
@@ -133,10 +158,15 @@ def _collect(
         problems.append(f"there is no column {', '.join(repr(key) for key in absent)}")
     by_id: dict[str, Annotation] = {}
     unusable: dict[str, list[str]] = {column.key: [] for column in _COLUMNS.values() if column.key not in absent}
+    by_container: dict[int, Annotation] = {}
+    has_ids = "id" in present
     without_id, repeated = 0, []
     for row in rows:
         name = recording_id(row.get("id"))
-        if name is None:
+        number = None if has_ids else _whole_number(row.get("container id"), _COLUMNS["container_id"])
+        if number is not None and number not in by_container:
+            by_container[number] = _annotation(row, containers, unusable, f"of container {number}")
+        elif name is None:
             without_id += 1
         elif name in by_id:
             repeated.append(name)
@@ -151,7 +181,7 @@ def _collect(
     for key, names in unusable.items():
         if names:
             problems.append(f"{key!r} is missing or unusable for {listed(names)}")
-    return by_id, problems
+    return by_id, by_container, problems
 
 
 def _annotation(

@@ -8,11 +8,15 @@ from pathlib import Path
 import pandas as pd
 
 from corsmal.dataset.annotation import FIELDS, Annotation
-from corsmal.dataset.annotation_file import read_annotations
+from corsmal.dataset.annotation_file import Annotations
+from corsmal.dataset.annotation_places import find_annotations
 from corsmal.dataset.findings import Finding, in_order
-from corsmal.dataset.ids import recording_id
-from corsmal.dataset.layout import VIEWS, Recording, scan
+from corsmal.dataset.ids import listed, recording_id
+from corsmal.dataset.layout import Recording
+from corsmal.dataset.older_layout import known_by_names
+from corsmal.dataset.places import listing
 from corsmal.dataset.published import CUTS_S, cut_findings, cut_s
+from corsmal.dataset.scanning import Layout, has_layout, scan
 from corsmal.digests import digest
 from corsmal.errors import FileError, NotFoundError
 
@@ -78,9 +82,9 @@ class Dataset:
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """Sentences on what is wrong with the set as a whole; of unused files only how many there are."""
-        of_set = [finding for finding in self.findings if not finding.recording and finding.kind != "unused"]
-        problems = [str(finding) for finding in of_set if finding.is_problem or finding.kind == "missing"]
+        """Sentences on what the set lacks, what is wrong and what was assumed; of unused files how many there are."""
+        of_set = (finding for finding in self.findings if not finding.recording and finding.kind != "unused")
+        problems = [str(finding) for finding in of_set]
         unused = sum(finding.kind == "unused" and finding.is_problem for finding in self.findings)
         if unused:
             files = "1 file is" if unused == 1 else f"{unused} files are"
@@ -126,25 +130,43 @@ def open_dataset(root: str | Path) -> Dataset:
     """Index a dataset folder from its file names and its annotation; no video is opened.
 
     Args:
-        root: a folder of the layout of CORSMAL Containers Manipulation. Any part of it may be absent.
+        root: a folder of the layout of CORSMAL Containers Manipulation, the present or the older one. Any part of it
+            may be absent; the annotation may lie beside it.
 
     Raises:
         FileError: the folder is absent, is no folder, or holds nothing of this layout.
     """
     root = _existing_folder(root)
     layout = scan(root)
-    annotations = read_annotations(root, layout.top)
-    ids = layout.ids | set(annotations.by_id)
+    annotations = find_annotations(root, layout.top, ids=layout.ids)
+    known = known_by_names(layout.known, annotations) if layout.is_older else annotations.by_id
+    ids = layout.ids if layout.is_older else layout.ids | set(known)
+    if not layout.ids and (hint := _hint(root)):
+        raise FileError(root, f"holds no files of recordings{hint}")
     if not ids:
-        raise FileError(root, f"holds no recordings; expected files such as {EXPECTED}{_hint(root)}")
-    ends_s = {name: cut_s(name, annotations.by_id.get(name), ids=ids) for name in ids & CUTS_S.keys()}
-    recordings = {
-        name: layout.recording(name, annotations.by_id.get(name), sound_end_s=ends_s.get(name)) for name in ids
-    }
-    problems = [Finding("warning", "annotation", problem) for problem in annotations.problems]
-    problems += [Finding("note", "missing", problem) for problem in layout.absent_parts()]
-    cuts = cut_findings({name: end_s for name, end_s in ends_s.items() if name in layout.sounds})
-    return Dataset(root, recordings, findings=(*problems, *cuts))
+        problem = next((str(found) for found in annotations.findings if found.severity == "error"), None)
+        expected = f"expected files such as {EXPECTED}"
+        raise FileError(
+            root, f"holds no recordings; {expected}" if problem is None else f"holds no recordings: {problem}"
+        )
+    ends_s = {name: cut_s(name, known.get(name), ids=ids) for name in ids & CUTS_S.keys()}
+    recordings = {name: layout.recording(name, known.get(name), sound_end_s=ends_s.get(name)) for name in ids}
+    return Dataset(root, recordings, findings=_findings(layout, annotations, ends_s))
+
+
+def _findings(layout: Layout, annotations: Annotations, ends_s: Mapping[str, float | None]) -> Iterator[Finding]:
+    """What opening a folder found."""
+    if layout.is_older:
+        what = "the folder has the dataset's older layout; its names say what was recorded"
+        yield Finding("note", "name", what)
+    yield from annotations.findings
+    annotated, filmed = set(annotations.by_id), layout.ids
+    if annotated and filmed and not layout.is_older and not annotated & filmed:
+        what = f"the annotation has none of the recordings' ids: {listed(sorted(filmed))} there, {min(annotated)} here"
+        yield Finding("warning", "annotation", what, advice="name the files after the annotation's ids")
+    yield from (Finding("note", "missing", sentence) for sentence in layout.absent_parts())
+    yield from layout.findings
+    yield from cut_findings({name: end_s for name, end_s in ends_s.items() if name in layout.sounds})
 
 
 def _existing_folder(root: str | Path) -> Path:
@@ -165,9 +187,7 @@ def _existing_folder(root: str | Path) -> Path:
 def _hint(root: Path) -> str:
     """Where the dataset may be instead: one level down."""
     try:
-        inner = sorted(
-            path.name for path in root.iterdir() if any((path / part).is_dir() for part in (*VIEWS, "audio"))
-        )
-    except OSError:
+        inner = [name for name in listing(root).folders if has_layout(root / name)]
+    except FileError:
         return ""
     return f"; did you mean its folder {inner[0]!r}?" if inner else ""

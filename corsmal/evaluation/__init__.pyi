@@ -33,6 +33,7 @@ from .recordings import error_table as error_table
 from .splits import SPLITS as SPLITS
 from .splits import find_split as find_split
 from .submission import SUBMISSION_COLUMNS as SUBMISSION_COLUMNS
+from .submission import read_submission as read_submission
 from .submission import submission_csv as submission_csv
 from .submission import submission_table as submission_table
 from .submission import write_submission as write_submission

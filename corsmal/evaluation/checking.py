@@ -9,8 +9,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from corsmal.dataset.annotation import CONTAINERS
+from corsmal.dataset.headings import heading_key
 from corsmal.dataset.ids import listed, recording_id
 from corsmal.errors import ArgumentError
+from corsmal.evaluation.foreign import ASSUMED
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE
 from corsmal.quantities import MEASURED, QUANTITIES
 
@@ -60,7 +62,7 @@ def truth_table(annotation: pd.DataFrame) -> pd.DataFrame:
     if None in ids or len(set(ids)) < len(ids):
         wrong = next(name for place, name in enumerate(ids) if name is None or name in ids[:place])
         raise ArgumentError(f"annotation must have one row per recording id, got {wrong or 'a row without an id'}")
-    given = annotation.rename(columns=_FILE_COLUMNS)
+    given = annotation.rename(columns=lambda name: _FILE_COLUMNS.get(heading_key(name), name))
     index = pd.Index(ids, name="recording_id", dtype="str")
     numbers = _numbers(given["container_id"]) if "container_id" in given else np.full(len(index), np.nan)
     is_number = np.isfinite(numbers) & (numbers == np.floor(numbers))
@@ -93,7 +95,7 @@ def rows_of(table: pd.DataFrame, recordings: pd.Index, *, id_column: str, what: 
     ids = pd.Series([recording_id(value) for value in _id_values(table, (id_column,), what)], dtype="object")
     is_unusable, is_foreign = ids.isna(), ids.notna() & ~ids.isin(recordings)
     is_repeated = ids.duplicated() & ~is_unusable
-    notes = []
+    notes = list(table.attrs.get(ASSUMED, ()))
     if is_unusable.any():
         notes.append(f"{what}: {is_unusable.sum()} of {len(ids)} rows have no usable {id_column!r} and were left out")
     if is_repeated.any():
@@ -127,9 +129,10 @@ def numbers_of(rows: pd.DataFrame, columns: Mapping[str, str], *, what: str) -> 
 
 def _id_values(table: pd.DataFrame, names: Iterable[str], what: str) -> list[Any]:
     for name in names:
-        if name in table.columns:
-            return table[name].to_list()
-        if table.index.name == name:
+        same = [column for column in table.columns if heading_key(column) == heading_key(name)]
+        if same:
+            return table[same[0]].to_list()
+        if heading_key(table.index.name) == heading_key(name):
             return table.index.to_list()
     columns = ", ".join(map(str, table.columns[:8]))
     raise ArgumentError(f"{what} must have a column {next(iter(names))!r}, got {columns or 'no columns'}")

@@ -7,10 +7,12 @@ from typing import Any
 
 import pandas as pd
 
-from corsmal.dataset.ids import recording_id
+from corsmal.dataset.headings import Columns
+from corsmal.dataset.ids import listed, recording_id
 from corsmal.errors import ArgumentError, FileError
-from corsmal.evaluation.checking import Checked, listed, numbers_of, rows_of
+from corsmal.evaluation.checking import Checked, numbers_of, rows_of
 from corsmal.evaluation.escaping import csv_file
+from corsmal.evaluation.foreign import ASSUMED, SOURCES, UNITS, read_frame
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.files import writing
 from corsmal.quantities import MEASURED
@@ -109,21 +111,38 @@ def check_estimates(estimates: pd.DataFrame, recordings: pd.Index) -> Checked:
     return Checked(in_order, (*notes, *scored.notes, *others.notes))
 
 
+_TABLE_COLUMNS = Columns(
+    ids=ID_COLUMN,
+    spellings={
+        name: tuple(shown for shown, source in SOURCES.items() if source == name) for name in ESTIMATE_COLUMNS[1:]
+    },
+    units=UNITS,
+    texts=frozenset((*_TEXTS, *_FLAGS)),
+)
+
+
 def read_estimates(path: str | Path) -> pd.DataFrame:
-    """Read an ``estimates_table`` from a ``.json`` (a list of rows), ``.csv`` or ``.parquet`` file.
+    """Read an ``estimates_table`` from a ``.json`` (a list of rows), ``.csv``, ``.tsv``, ``.txt`` or ``.parquet`` file.
+
+    A submission is read as well: its columns are an estimates table's under other names.
+
+    Returns:
+        As ``estimates_table``; ``attrs`` holds under ``foreign.ASSUMED`` sentences on how the file was read.
 
     Raises:
         ArgumentError: the file's name ends otherwise.
-        FileError: the file is absent, broken or has no recordings' ids.
+        FileError: the file is absent, broken, has no recordings' ids, or can be read in two ways.
     """
     path = Path(path)
-    read, _ = _format_of(path)
+    if path.suffix.lower() not in READ:
+        raise ArgumentError(f"path must end in {', '.join(READ)}, got {path.name!r}")
+    found = read_frame(path, _TABLE_COLUMNS)
     try:
-        return estimates_table(read(path))
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
-    except (ValueError, TypeError, RecursionError) as error:
+        table = estimates_table(found)
+    except (ValueError, TypeError) as error:
         raise FileError(path, f"is no table of estimates ({error}); make it again") from error
+    table.attrs[ASSUMED] = found.attrs.get(ASSUMED, ())
+    return table
 
 
 def write_estimates(estimates: pd.DataFrame, path: str | Path) -> None:
@@ -134,7 +153,9 @@ def write_estimates(estimates: pd.DataFrame, path: str | Path) -> None:
         FileError: the file cannot be written.
     """
     path, table = Path(path), estimates_table(estimates)
-    _, write = _format_of(path)
+    if path.suffix.lower() not in _WRITERS:
+        raise ArgumentError(f"path must end in {', '.join(_WRITERS)}, got {path.name!r}")
+    write = _WRITERS[path.suffix.lower()]
     with writing(path, advice="choose another folder") as part:
         write(table, part)
 
@@ -154,31 +175,15 @@ def _typed(column: pd.Series, name: str) -> pd.Series:
     return numbers.astype("Int64") if is_whole else numbers
 
 
-def _read_json(path: Path) -> pd.DataFrame:
-    content = json.loads(path.read_text(encoding="utf-8"))
-    if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
-        raise ArgumentError("a list of rows was expected")
-    return pd.DataFrame(content)
-
-
 def _write_json(table: pd.DataFrame, path: Path) -> None:
     rows = table.astype("object").where(table.notna(), None).to_dict("records")
     path.write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
 
 
-_Reader = Callable[[Path], pd.DataFrame]
-_Writer = Callable[[pd.DataFrame, Path], object]
-_FORMATS: dict[str, tuple[_Reader, _Writer]] = {
-    ".json": (_read_json, _write_json),
-    ".csv": (
-        lambda path: pd.read_csv(path, dtype={ID_COLUMN: "str"}),
-        lambda table, path: path.write_text(csv_file(table), encoding="utf-8"),
-    ),
-    ".parquet": (pd.read_parquet, lambda table, path: table.to_parquet(path, index=False)),
+_WRITERS: dict[str, Callable[[pd.DataFrame, Path], object]] = {
+    ".json": _write_json,
+    ".csv": lambda table, path: path.write_text(csv_file(table), encoding="utf-8"),
+    ".parquet": lambda table, path: table.to_parquet(path, index=False),
 }
-
-
-def _format_of(path: Path) -> tuple[_Reader, _Writer]:
-    if path.suffix.lower() not in _FORMATS:
-        raise ArgumentError(f"path must end in {', '.join(_FORMATS)}, got {path.name!r}")
-    return _FORMATS[path.suffix.lower()]
+READ = (*_WRITERS, ".tsv", ".txt")
+"""Endings of the files that can be read."""

@@ -5,10 +5,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from corsmal.dataset.headings import Columns
 from corsmal.dataset.ids import recording_id
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation.checking import Checked, listed, numbers_of, rows_of
 from corsmal.evaluation.estimates import estimates_table
+from corsmal.evaluation.foreign import SOURCES, UNITS, read_frame
 from corsmal.evaluation.metrics import NO_ESTIMATE
 from corsmal.files import writing
 from corsmal.quantities import QUANTITIES
@@ -18,31 +20,36 @@ ID_COLUMN = "Configuration ID"
 SCORED_COLUMNS = {quantity.submission_column: quantity.name for quantity in QUANTITIES}
 """The columns that are scored, and what an estimates table calls them."""
 
-_SOURCES = {
-    "Container capacity": "capacity_ml",
-    "Container mass": "container_mass_g",
-    "Filling mass": "filling_mass_g",
-    "None": "type_p0",
-    "Pasta": "type_p1",
-    "Rice": "type_p2",
-    "Water": "type_p3",
-    "Filling type": "filling_type",
-    "Empty": "level_p0",
-    "Half-full": "level_p1",
-    "Full": "level_p2",
-    "Filling level": "filling_level",
-    "Width at the top": "width_top_mm",
-    "Width at the bottom": "width_bottom_mm",
-    "Height": "height_mm",
-    "Execution time": "execution_time_ms",
-}
-"""The file's columns that come from an estimates table, in order; the time is in ms."""
-
 _SIMULATED = ("Object safety", "Distance", "Angle difference")
 """Columns that only the challenge's simulator can fill."""
 
-SUBMISSION_COLUMNS = (ID_COLUMN, *list(_SOURCES)[:-1], *_SIMULATED, "Execution time")
+SUBMISSION_COLUMNS = (ID_COLUMN, *list(SOURCES)[:-1], *_SIMULATED, "Execution time")
 """All columns of the file, in order."""
+
+
+_TABLE_COLUMNS = Columns(
+    ids=ID_COLUMN,
+    spellings={name: (SOURCES[name],) if name in SOURCES else () for name in SUBMISSION_COLUMNS[1:]},
+    units=UNITS,
+)
+
+
+def read_submission(path: str | Path) -> pd.DataFrame:
+    """Read a submission file, whatever program wrote it: text with any separator, JSON or Parquet.
+
+    Returns:
+        Those of ``SUBMISSION_COLUMNS`` that it has, and its others; ``attrs`` holds under ``foreign.ASSUMED`` sentences
+        on how the file was read, which the scores' notes repeat.
+
+    Raises:
+        FileError: the file is absent, broken, no submission, or can be read in two ways.
+    """
+    path = Path(path)
+    table = read_frame(path, _TABLE_COLUMNS)
+    if ID_COLUMN not in table:
+        columns = ", ".join(map(str, table.columns[:8]))
+        raise FileError(path, f"is no submission: it has no column {ID_COLUMN!r} but {columns or 'none'}")
+    return table
 
 
 def submission_table(estimates: pd.DataFrame, *, recordings: Iterable[str | int] | None = None) -> pd.DataFrame:
@@ -62,9 +69,9 @@ def submission_table(estimates: pd.DataFrame, *, recordings: Iterable[str | int]
     wanted = estimates_table(estimates)["recording_id"] if recordings is None else recordings
     ids = pd.Index(list(dict.fromkeys(recording_id(value) or str(value) for value in wanted)), dtype="str")
     rows = rows_of(estimates, ids, id_column="recording_id", what="estimates").table
-    columns = {source: source for source in _SOURCES.values()}
+    columns = {source: source for source in SOURCES.values()}
     numbers = numbers_of(rows, columns, what="estimates").table.reindex(ids).fillna(NO_ESTIMATE)
-    table = numbers.rename(columns={source: shown for shown, source in _SOURCES.items()})
+    table = numbers.rename(columns={source: shown for shown, source in SOURCES.items()})
     table = table.round({"Execution time": 0}).astype(dict.fromkeys(("Filling type", "Filling level"), "int64"))
     table.insert(0, ID_COLUMN, [int(name) if name.isdecimal() else name for name in ids])
     return table.reset_index(drop=True).reindex(columns=list(SUBMISSION_COLUMNS), fill_value=NO_ESTIMATE)

@@ -160,7 +160,11 @@ def test_files_that_are_no_recordings_are_ignored(tmp_path: Path) -> None:
         "view1/rgb/000003.mp4/inside",
         "view5/rgb/000004.mp4",
     )
-    assert open_dataset(tmp_path).ids == ("000000",)
+    dataset = open_dataset(tmp_path)
+    assert dataset.ids == ("000000", "000002")
+    unused = {finding.file: finding.what for finding in dataset.findings if finding.kind == "unused"}
+    assert "no name that can be a recording's id" in unused["view1/rgb/a b.mp4"]
+    assert set(unused) == {"view1/rgb", "view1/rgb/a b.mp4", "view1/rgb/000003.mp4", "view5"}
 
 
 def test_linked_files_are_followed(tmp_path: Path) -> None:

@@ -133,7 +133,7 @@ def test_table_that_cannot_be_used_is_an_error(recordings, table, message):
 )
 def test_broken_file_is_one_clear_sentence(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(FileError, match=f"{name}: is no table of estimates"):
+    with pytest.raises(FileError, match=rf"{name}: (is|has|begins|its) "):
         read_estimates(tmp_path / name)
 
 

@@ -1,0 +1,103 @@
+"""Where a dataset's annotation lies: in its folder, in a folder ``annotations``, or beside the folder."""
+
+import re
+from collections.abc import Collection, Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from corsmal.dataset.annotation_file import Annotations, read_annotation_file
+from corsmal.dataset.findings import Finding
+from corsmal.dataset.places import listing
+from corsmal.errors import FileError
+
+_ANNOTATION = re.compile(r".*annotation.*\.(json|csv|tsv|txt)", re.IGNORECASE)
+_SPREADSHEET = re.compile(r".*annotation.*\.(xlsx?|ods|numbers)", re.IGNORECASE)
+_FOLDERS = ("annotation", "annotations")
+_SETS = {"train", "training", "test", "public", "private", "pub", "pri", "val", "validation", "demo"}
+"""Words by which a name says of which set a file or folder is."""
+
+
+def read_annotations(root: Path, names: Iterable[str]) -> Annotations:
+    """Read the annotation of a folder as far as it can be used, with findings on the rest.
+
+    Of the files ``names`` in it the first is taken whose name contains ``annotation`` and that can be read, JSON before
+    CSV.
+    """
+    names = list(names)
+    findings = [
+        Finding("warning", "annotation", "is a spreadsheet and not read", file=name, advice="save it as CSV")
+        for name in sorted(names)
+        if _SPREADSHEET.fullmatch(name)
+    ]
+    found: Annotations | None = None
+    used = ""
+    for name in candidates(names):
+        if found is not None:
+            findings.append(Finding("note", "unused", f"is not used: {used} is the annotation", file=name))
+            continue
+        try:
+            found, used = read_annotation_file(root / name, file=name), name
+        except FileError as error:
+            findings.append(Finding("error", "annotation", error.problem, file=name))
+    if found is None:
+        return Annotations({}, tuple(findings))
+    return replace(found, findings=(*findings, *found.findings))
+
+
+def find_annotations(root: Path, names: Iterable[str], *, ids: Collection[str]) -> Annotations:
+    """Read the annotation in a folder, else in its folder ``annotations``, else beside it.
+
+    Args:
+        root: the folder.
+        names: of its files.
+        ids: of the recordings that have files: what lies beside the folder is only used if it has one of them.
+    """
+    found = read_annotations(root, names)
+    if found.by_id or found.by_container or any(finding.severity == "error" for finding in found.findings):
+        return found
+    for place in (*(root / name for name in _FOLDERS), root.parent):
+        is_beside = place == root.parent
+        inside = [name for name in _listed(place) if not is_beside or not _is_of_another_set(name, root.name)]
+        other = _read_elsewhere(place, inside, root=root, ids=ids) if candidates(inside) else None
+        if other is not None:
+            return replace(other, findings=(*found.findings, *other.findings))
+    if not found.findings:
+        what = f"no annotation was found: {root} holds no file like ccm_train_annotation.json or .csv"
+        return Annotations({}, (Finding("note", "missing", what),))
+    return found
+
+
+def candidates(names: Iterable[str]) -> list[str]:
+    """Names that an annotation may have, in the order in which they are tried."""
+    found = sorted(name for name in names if _ANNOTATION.fullmatch(name))
+    return sorted(found, key=lambda name: not name.lower().endswith(".json"))
+
+
+def _read_elsewhere(place: Path, names: list[str], *, root: Path, ids: Collection[str]) -> Annotations | None:
+    """An annotation that does not lie in the folder itself; None where it is none of the recordings'."""
+    stems = {Path(name).stem for name in candidates(names)}
+    if len(stems) > 1 and place == root.parent:
+        several = " and ".join(sorted(stems)[:3])
+        what = f"annotations of several sets lie beside the folder ({several}) and none is used"
+        return Annotations({}, (Finding("warning", "annotation", what, advice=f"put the right one into {root}"),))
+    read = read_annotations(place, names)
+    where = "beside the folder" if place == root.parent else f"in the folder {place.name}"
+    if place == root.parent and not set(ids) & set(read.by_id) and not read.by_container:
+        return None
+    named = [replace(finding, file=str(place / finding.file)) for finding in read.findings]
+    used = candidates(names)[0]
+    lies = Finding("note", "annotation", f"is used as the annotation; it lies {where}", file=str(place / used))
+    return replace(read, findings=(lies, *named))
+
+
+def _is_of_another_set(name: str, folder: str) -> bool:
+    """Whether a file's name says that it is of another set than a folder's name."""
+    file, own = (set(re.split(r"[^a-z]+", text.lower())) & _SETS for text in (name, folder))
+    return bool(file and own) and not own <= file
+
+
+def _listed(folder: Path) -> list[str]:
+    try:
+        return list(listing(folder).files)
+    except FileError:
+        return []
