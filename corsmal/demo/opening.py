@@ -100,10 +100,13 @@ def with_networks_in(run: "Run", weights: Path) -> "Run":
 
 
 def _keep_runs(results: Path, *, store: Store) -> None:
-    from corsmal.runs.run import list_runs, save_run  # noqa: PLC0415 - loads much, and the demo is opened once
+    from corsmal.runs.run import list_runs, load_run, save_run  # noqa: PLC0415 - loads much, the demo is opened once
 
+    folder = str(demo_folder(store))
     for run in list_runs(store=Store(results)):
-        save_run(replace(with_networks_in(run, BUNDLED), dataset=str(demo_folder(store))), store=store)
+        earlier = load_run(run.name, dataset=folder, store=store)  # of another version's demo
+        kept = replace(with_networks_in(run, BUNDLED), dataset=folder, id=run.id if earlier is None else earlier.id)
+        save_run(kept, store=store)
 
 
 def made_when(mark: Path) -> int:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any
 
 from corsmal.dataset import Recording, Video, View
 from corsmal.detection import Detector, detect_view
@@ -57,6 +58,7 @@ class EstimateTask:
         key: of the predictors that are meant, see ``Predictors.key``; a process that has others refuses. Empty: any.
         digest: of the detector that is meant, likewise.
         cancelled: checked while detecting; true stops that. For this process only.
+        frames: called with the numbers of frames that are inspected and wanted. For this process only.
     """
 
     cache: Path
@@ -64,14 +66,16 @@ class EstimateTask:
     key: str = ""
     digest: str = ""
     cancelled: Callable[[], bool] | None = field(default=None, compare=False)
+    frames: Callable[[int, int], object] | None = field(default=None, compare=False)
 
     def __call__(self, recording: Recording) -> Row:
         """The recording's row, from the store if it was estimated before."""
         store, detector, problem = Store(self.cache), self.settings.detector, ""
         if detector is not None and needs_detection(recording, self.digest, store=store):
             network = open_detector(detector, self.digest)
+            here: dict[str, Any] = {"cancelled": self.cancelled, "progress": self.frames}
             try:
-                detect_recording(recording, network, store=store, every=detector.every, cancelled=self.cancelled)
+                detect_recording(recording, network, store=store, every=detector.every, **here)
             except CorsmalError as error:
                 problem = str(error)
         row = load_estimate(recording, open_predictors(self.settings, self.key), store=store)

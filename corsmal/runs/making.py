@@ -4,13 +4,15 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
-from itertools import count
 from pathlib import Path
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.engines.engine import Engine, Row, completed_rows, in_turn, never
 from corsmal.engines.tasks import EstimateTask
 from corsmal.errors import ArgumentError
+from corsmal.runs.keeping import free_id
+from corsmal.runs.names import check_name, numbered_names
+from corsmal.runs.progress import RunPace, RunProgress, Work, planned_work
 from corsmal.runs.run import Run, load_run, save_run
 from corsmal.stages.settings import EstimateSettings
 from corsmal.stages.version import METHOD_VERSION
@@ -31,6 +33,8 @@ def make_run(
     progress: Callable[[int, int], None] | None = None,
     cancelled: Callable[[], bool] = never,
     is_kept: bool = True,
+    watch: Callable[[RunProgress], None] | None = None,
+    clock: Callable[[], float] = time.monotonic,
 ) -> Run:
     """Estimate recordings under a name, or resume the run of that name.
 
@@ -47,6 +51,8 @@ def make_run(
         progress: likewise.
         cancelled: likewise.
         is_kept: False: the run is returned only, for a store that cannot be written.
+        watch: called at first and after each row, which is kept within two seconds, with how far each stage is.
+        clock: what the pace is measured with, see ``RunPace``.
 
     Raises:
         ArgumentError: no recording is wanted, the name cannot be one, or is taken by a run with other settings.
@@ -76,16 +82,14 @@ def make_run(
         store=store,
     )
     task = EstimateTask(store.root.resolve(), settings, key=predictors.key, digest=detector or "")
+    planned: dict[str, Work] = {}
+    if watch is not None:
+        planned = {each.id: planned_work(each, predictors, detector or "", store=store) for each in wanted}
+    pace = RunPace(planned, workers=getattr(engine, "count", 1), clock=clock, watch=watch)
     if engine is in_turn:
-        task = replace(task, cancelled=cancelled)
+        task = replace(task, cancelled=cancelled, frames=pace.inspected)
     work = completed_rows(task, wanted, engine=engine, progress=progress, cancelled=cancelled)
-    return _with_rows(run, work, store=store if is_kept else None)
-
-
-def numbered_names(base: str) -> Iterator[str]:
-    """A name, then the same with 2, 3 and so on behind it."""
-    yield base
-    yield from (f"{base} {number}" for number in count(2))
+    return _with_rows(run, work, pace=pace, store=store if is_kept else None)
 
 
 def data_digest(recordings: Iterable[Recording]) -> str:
@@ -100,17 +104,18 @@ def _begun(new: Run, *, is_named: bool, store: Store) -> Run:
     for name in (new.name,) if is_named else numbered_names(new.preset):
         earlier = load_run(name, dataset=new.dataset, store=store)
         if earlier is None:
-            return replace(new, name=name)
+            named = replace(new, name=check_name(name, taken=()), id="")
+            return replace(named, id=free_id(named, store=store))
         different = [what for what, value in new.conditions.items() if earlier.conditions[what] != value]
         if not different:
-            return replace(new, name=name, created=earlier.created, rows=earlier.rows)
+            return replace(new, name=name, id=earlier.id, created=earlier.created, rows=earlier.rows)
     raise ArgumentError(
         f"name {new.name!r} is taken by a run with other settings (different: {', '.join(different)}); "
         "choose another name or delete it"
     )
 
 
-def _with_rows(run: Run, work: Iterator[Row], *, store: Store | None) -> Run:
+def _with_rows(run: Run, work: Iterator[Row], *, pace: RunPace, store: Store | None) -> Run:
     """The run with new rows in place of its old ones, kept in a store as the work goes and however it ends."""
     rows = {row["recording_id"]: row for row in run.rows}
 
@@ -128,6 +133,7 @@ def _with_rows(run: Run, work: Iterator[Row], *, store: Store | None) -> Run:
             if time.monotonic() - saved_s > SAVE_EVERY_S:
                 current()
                 saved_s = time.monotonic()
+            pace.finished(row["recording_id"])
     finally:
         made = current()
     return made

@@ -1,6 +1,7 @@
 """Runs: estimates of many recordings under a name, with everything that they were made from, kept in the store."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -8,15 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 from corsmal.errors import ArgumentError, CorsmalError, FileError
 from corsmal.parameters import SHAPE_PRESETS
+from corsmal.runs.names import NAME_MAX
 from corsmal.runs.records import record_json, record_of
 from corsmal.stages.settings import EstimateSettings
-from corsmal.store import Store, digest
+from corsmal.store import KEY, Store, digest
 
 if TYPE_CHECKING:
     import pandas as pd
 
-KIND = "runs"
-NAME_MAX = 60
+KIND, LABELS = "runs", "run-labels"
+"""Of the store: what was computed, and what people call it. The second is apart, so that a run can be renamed while its
+rows are written again and again."""
+
+LABEL = ("name", "note", "is_archived")
+"""The fields of a run that people change."""
+
 OWN = "own parameters"
 
 
@@ -35,9 +42,12 @@ class Run:
         created: when it was begun, UTC, ISO 8601.
         engine: where it was last made, for people.
         rows: as ``Estimate.row`` gives them, in the order of ``recordings``; one per recording that is done.
+        id: its key in the store, which a new name does not change; default: that of the first run of the name.
+        note: of people, for people.
+        is_archived: whether it is listed only on request.
 
     Raises:
-        ArgumentError: the name is empty, too long or not printable.
+        ArgumentError: the name is empty, too long or not printable, or the id is no key.
     """
 
     name: str
@@ -50,10 +60,22 @@ class Run:
     created: str
     engine: str
     rows: tuple[Mapping[str, Any], ...] = ()
+    id: str = ""
+    note: str = ""
+    is_archived: bool = False
 
     def __post_init__(self) -> None:
+        if not self.id:
+            object.__setattr__(self, "id", first_id(self.name, self.dataset))
+        if not re.fullmatch(KEY, self.id):
+            raise ArgumentError(f"a run's id must be a key of the store, got {self.id[:80]!r}")
         if not self.name.strip() or len(self.name) > NAME_MAX or not self.name.isprintable():
             raise ArgumentError(f"a run's name must be 1 to {NAME_MAX} printable characters, got {self.name[:80]!r}")
+
+    @property
+    def short_id(self) -> str:
+        """Enough of the id to name the run in an address."""
+        return self.id[:12]
 
     @property
     def is_complete(self) -> bool:
@@ -122,48 +144,48 @@ def _short(name: str | None) -> str:
     return " ".join(part[:8] if len(part.strip(",")) == 64 else part for part in (name or "").split())
 
 
+def first_id(name: str, dataset: str) -> str:
+    """The id of the first run of a name on a dataset's folder."""
+    return digest("run", dataset, name)
+
+
 def save_run(run: Run, *, store: Store) -> None:
-    """Keep a run; an earlier one of the same name and dataset is replaced.
+    """Keep a run in place of what was kept under its id; name, note and archive are those of ``label_run``, if any.
 
     Raises:
         FileError: it cannot be written.
     """
-    if not store.save_json(KIND, _key(run.name, run.dataset), record_json(run)):
+    content = {name: value for name, value in record_json(run).items() if name not in ("note", "is_archived")}
+    if not store.save_json(KIND, run.id, content):
         raise FileError(store.root, f"the run could not be kept: {store.problems[-1]}")
 
 
 def load_run(name: str, *, dataset: str | Path, store: Store) -> Run | None:
     """The run of a name on a dataset, None where there is none."""
-    return _run_of(store.json(KIND, _key(name, str(dataset))))
+    return next((run for run in list_runs(store=store, dataset=dataset) if run.name == name), None)
 
 
-def list_runs(*, store: Store, dataset: str | Path | None = None) -> list[Run]:
+def list_runs(*, store: Store, dataset: str | Path | None = None, kind: str = KIND) -> list[Run]:
     """The runs that are kept, the newest first; of one dataset's folder if it is named."""
-    found = [_run_of(store.json(KIND, key)) for key in store.keys(KIND)]
+    found = [_run_of(key, kind, store) for key in store.keys(kind)]
     runs = [run for run in found if run is not None and (dataset is None or str(dataset) == run.dataset)]
     return sorted(runs, key=lambda run: run.created, reverse=True)
 
 
-def delete_run(name: str, *, dataset: str | Path, store: Store) -> None:
-    """Forget a run; the estimates of its recordings stay in the store.
+def named_run(found: Iterable[Run], wanted: str | None) -> Run | None:
+    """The run that an address names by its short id, or, as older addresses do, by its name."""
+    runs = list(found)
+    named = [run for run in runs if run.short_id == wanted] or [run for run in runs if run.name == wanted]
+    return named[0] if named else None
 
-    Raises:
-        FileError: the file cannot be deleted.
-    """
-    path = store.file(KIND, _key(name, str(dataset)), ".json")
+
+def _run_of(key: str, kind: str, store: Store) -> Run | None:
+    """A run from its files; None for what is no run, such as one that another version wrote."""
+    content = store.json(kind, key)
+    if content is None:
+        return None
+    label = {name: value for name, value in (store.json(LABELS, key) or {}).items() if name in LABEL}
     try:
-        path.unlink(missing_ok=True)
-    except OSError as error:
-        raise FileError(path, f"cannot be deleted ({error.strerror})") from error
-
-
-def _key(name: str, dataset: str) -> str:
-    return digest("run", dataset, name)
-
-
-def _run_of(content: Mapping[str, Any] | None) -> Run | None:
-    """A run from its JSON; None for what is no run, such as one that another version wrote."""
-    try:
-        return None if content is None else record_of(Run, content)
+        return record_of(Run, {**content, **label, "id": key})
     except (CorsmalError, LookupError, TypeError, ValueError, AttributeError):
         return None

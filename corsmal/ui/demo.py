@@ -6,7 +6,7 @@ from corsmal.synthetic import ANNOTATION_FILE, DemoProgress, write_demo
 from corsmal.ui import shared
 from corsmal.ui.folders import demo_folder, full_demo_folder, is_read_only
 from corsmal.ui.following import follow
-from corsmal.ui.jobs import Job, Priority
+from corsmal.ui.job import Job, Priority
 
 KEY = "demo"
 STEPS = 100

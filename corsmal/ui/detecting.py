@@ -16,7 +16,7 @@ from corsmal.stages.settings import SEARCH_STEP, DetectorSettings, Method, find_
 from corsmal.ui import session, shared
 from corsmal.ui.folders import READ_ONLY, is_read_only
 from corsmal.ui.following import follow, shows
-from corsmal.ui.jobs import Job, Priority
+from corsmal.ui.job import Job, Priority
 from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording
 

@@ -8,7 +8,8 @@ import streamlit as st
 
 from corsmal.ui import shared
 from corsmal.ui.folders import is_read_only
-from corsmal.ui.jobs import Job, Viewer, progress_text
+from corsmal.ui.job import Job, progress_text
+from corsmal.ui.jobs import Viewer
 from corsmal.ui.messages import plain
 
 POLL_S = 0.5
@@ -89,5 +90,7 @@ def _watch(key: str, unit: str, shown: int, *, is_narrow: bool, show: Callable[[
         icon=":material/stop:",
         width="stretch",
     )
+    if job.detail:
+        st.caption(plain(job.detail))
     if show is not None:
         show()

@@ -99,7 +99,7 @@ def test_no_packed_run_names_a_folder_of_the_machine_that_made_it():
 
 
 def test_what_the_user_deletes_stays_deleted(opened, store):
-    delete_run("tuned", dataset=opened.root, store=store)
+    delete_run(load_run("tuned", dataset=opened.root, store=store), store=store)
     open_demo(store=store)
     assert [run.name for run in list_runs(store=store, dataset=opened.root)] == ["paper"]
 
@@ -111,7 +111,7 @@ def test_a_demo_of_another_version_is_replaced_and_own_runs_stay(opened, store):
     (opened.root / "view1" / "rgb" / "000099.mp4").write_bytes(b"a recording that is no more")
     (opened.root / MARK).write_text('{"made_ns": 1}', encoding="utf-8")
     run = load_run("paper", dataset=opened.root, store=store)
-    save_run(replace(run, name="mine"), store=store)
+    save_run(replace(run, name="mine", id=""), store=store)
     assert not is_open(store)
     open_demo(store=store)
     assert path.read_bytes() == content

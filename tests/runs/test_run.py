@@ -7,9 +7,9 @@ import pytest
 from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError, FileError
 from corsmal.parameters import ShapeParameters
-from corsmal.runs import Run, delete_run, list_runs, load_run, make_run
+from corsmal.runs import Run, list_runs, load_run, make_run
 from corsmal.runs.making import data_digest
-from corsmal.runs.run import save_run
+from corsmal.runs.run import first_id, save_run
 from corsmal.stages.settings import DetectorSettings
 from corsmal.store import Store
 from corsmal.weights import WeightsFile
@@ -47,7 +47,7 @@ def test_settings_survive_too(run, dataset, store):
         features=Path("/features"),
         detector=DetectorSettings("demo", Path("/weights/detector.safetensors"), every=7),
     )
-    own = replace(run, name="own", settings=settings, digests={**run.digests, "detector": "small 1"})
+    own = replace(run, name="own", id="", settings=settings, digests={**run.digests, "detector": "small 1"})
     save_run(own, store=store)
     assert_same(own, load_run("own", dataset=dataset.root, store=Store(store.root)))
     assert own.preset == "own parameters"
@@ -60,17 +60,22 @@ def test_what_can_be_no_name_is_refused(run, name):
 
 
 def test_runs_are_listed_by_dataset_the_newest_first(run, dataset, store):
-    save_run(replace(run, name="newer", created="2999-01-01T00:00:00+00:00"), store=store)
-    save_run(replace(run, dataset="/elsewhere"), store=store)
+    save_run(replace(run, name="newer", id="", created="2999-01-01T00:00:00+00:00"), store=store)
+    save_run(replace(run, dataset="/elsewhere", id=""), store=store)
     assert [found.name for found in list_runs(store=store, dataset=dataset.root)] == ["newer", "first"]
     assert len(list_runs(store=store)) == 3
     assert [found.dataset for found in list_runs(store=store, dataset="/elsewhere")] == ["/elsewhere"]
 
 
-def test_a_deleted_run_is_gone_and_deleting_it_again_is_nothing(run, dataset, store):
-    for _ in range(2):
-        delete_run(run.name, dataset=dataset.root, store=store)
-        assert list_runs(store=store) == []
+def test_a_file_of_an_earlier_version_without_an_id_is_found_under_its_key(run, dataset, store):
+    content = store.json("runs", run.id)
+    assert content is not None
+    assert not {"note", "is_archived"} & set(content)
+    del content["id"]
+    store.save_json("runs", run.id, content)
+    found = load_run("first", dataset=dataset.root, store=store)
+    assert_same(run, found)
+    assert run.id == first_id("first", str(dataset.root))
 
 
 @pytest.mark.usefixtures("run")

@@ -1,5 +1,5 @@
 from corsmal.ui.following import is_due
-from corsmal.ui.jobs import Job
+from corsmal.ui.job import Job
 
 
 def test_a_page_is_run_again_when_its_job_ends_and_meanwhile_only_for_more_results_after_a_rest():

@@ -6,7 +6,8 @@ import time
 import pytest
 
 from corsmal.errors import FileError
-from corsmal.ui.jobs import Job, Jobs, Priority, Viewer, progress_text
+from corsmal.ui.job import Job, Priority, progress_text
+from corsmal.ui.jobs import Jobs, Viewer
 
 
 def finished(job: Job) -> Job:
@@ -37,6 +38,15 @@ def test_a_forecast_takes_the_place_of_the_pace_so_far():
     assert job.seconds_left == pytest.approx(60, abs=1)
     job.forecast(-5)
     assert job.seconds_left == 0
+    assert progress_text(job, "%") == "Making: 25 %, taking longer than expected"
+
+
+def test_the_part_of_a_step_moves_the_bar_and_a_clock_stands_still_while_others_go_first():
+    job = Job("Making", done=1, total=4, part=0.5)
+    assert job.fraction == 0.375
+    before_s = job.worked_s()
+    job.waited(100)
+    assert job.worked_s() == pytest.approx(before_s - 100, abs=1)
 
 
 def test_the_same_work_asked_for_twice_is_one_job():

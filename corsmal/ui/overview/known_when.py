@@ -15,7 +15,7 @@ from corsmal.ui import session, shared
 from corsmal.ui.estimating import times_s
 from corsmal.ui.filling import sound
 from corsmal.ui.following import follow, shows
-from corsmal.ui.jobs import Job, Priority
+from corsmal.ui.job import Job, Priority
 from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.opened import OpenedRecording
 
