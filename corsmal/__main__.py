@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 import typer
 
-from corsmal.commands import complain, detector, evaluating, filling, mass, runs
+from corsmal.commands import complain, detector, evaluating, filling, keeping_runs, mass, runs
 from corsmal.commands.attribution import attribute
 from corsmal.commands.demo import demo
 from corsmal.commands.doctor import doctor
@@ -25,7 +25,17 @@ COMMANDS: dict[str, Command] = {
     "reproduce": reproduce,
     "doctor": doctor,
 }
-RUNS: dict[str, Command] = {"list": runs.list_runs, "show": runs.show, "delete": runs.delete, "export": runs.export}
+RUNS: dict[str, Command] = {
+    "list": runs.list_runs,
+    "show": runs.show,
+    "compare": keeping_runs.compare,
+    "export": runs.export,
+    "rename": keeping_runs.rename,
+    "note": keeping_runs.note,
+    "archive": keeping_runs.archive,
+    "delete": runs.delete,
+    "restore": keeping_runs.restore,
+}
 TRAIN: dict[str, Command] = {
     "filling": filling.train,
     "mass": mass.train,
@@ -49,7 +59,7 @@ def command_group(commands: Mapping[str, Command], *, what: str) -> typer.Typer:
 
 
 app = command_group(COMMANDS, what="Estimate capacity, dimensions, filling and mass of containers from recordings.")
-app.add_typer(command_group(RUNS, what="List, show, delete and export runs."), name="runs")
+app.add_typer(command_group(RUNS, what="List, show, compare, export, rename and delete runs."), name="runs")
 app.add_typer(command_group(TRAIN, what="Train a network, or learn the wall thickness of containers."), name="train")
 app.add_typer(command_group(EVALUATE, what="Evaluate estimates, or a network."), name="evaluate")
 

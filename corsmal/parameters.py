@@ -141,6 +141,24 @@ class ShapeParameters:
         if not 0 <= self.wall_mm <= WALL_MAX_MM:
             raise ArgumentError(f"wall_mm must lie in 0..{WALL_MAX_MM:g}, got {self.wall_mm}")
 
+    @property
+    def ignored(self) -> frozenset[str]:
+        """The fields that change nothing with this method; a profile is smoothed only where its ends are looked for."""
+        if self.method == "outlines":
+            radii = {"points", "radii", "radius_max_mm", "radius_min_mm"}
+            return frozenset({*radii, "max_difference_mm", "fit_rule", "height_range"})
+        return frozenset({"tilt_deg", "boxes"} | ({"max_difference_mm"} if self.width_rule != "ends" else set()))
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The numbers that are worth varying, the two that matter most first: not those that are ignored or off."""
+        if self.method == "outlines":
+            names: tuple[str, ...] = ("tilt_deg", "wall_mm", "frames", "circumferences")
+        else:
+            names = ("circumferences", "max_difference_mm", "points", "radii", "wall_mm", "frames")
+        off = {name for name, value in (("wall_mm", 0.0), ("frames", 1)) if getattr(self, name) == value}
+        return tuple(name for name in names if name not in self.ignored and (name not in off or name == names[1]))
+
     @classmethod
     def paper(cls) -> "ShapeParameters":
         """The paper's method with the values of Table 1."""

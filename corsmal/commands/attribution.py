@@ -55,8 +55,11 @@ def attribute(
 
 
 def _show_attribution(run: "Run", dataset: "Dataset", engine: "Engine") -> None:
-    from corsmal.evaluation import METRICS, attribution_table, estimates_table
-    from corsmal.evaluation.tables import AVERAGE
+    import numpy as np
+    import pandas as pd
+
+    from corsmal.evaluation import METRICS, attribution_table, estimates_table, stage_sentences
+    from corsmal.evaluation.attribution import AS_IT_IS
     from corsmal.runs.attribution import attribute_run, load_attribution
     from corsmal.store import Store
 
@@ -66,11 +69,15 @@ def _show_attribution(run: "Run", dataset: "Dataset", engine: "Engine") -> None:
         with resumable_progress(len(run.rows)) as progress:
             rows = attribute_run(run, dataset, store=store, engine=engine, progress=progress)
     replaced = {stage: estimates_table(found) for stage, found in rows.items()}
-    table = attribution_table(run.table, replaced, dataset.table)
-    by_stage = table.set_index(["container", "stage"])[list(METRICS)]
-    show("MPF1 and MAPE in %, with one stage replaced by the truth", by_stage)
-    removed = table[table["container"] == AVERAGE].set_index("stage")[[f"{metric}_removed" for metric in METRICS]]
-    show("Part of the average error that goes away, in %", removed.set_axis(list(METRICS), axis=1))
+    table = attribution_table(run.table, replaced, dataset.table, rng=np.random.default_rng(0))
+    before = table.drop_duplicates(["container", "metric"]).assign(stage=AS_IT_IS, after=lambda rows: rows["before"])
+    values = pd.concat([before, table]).pivot_table(
+        index=["container", "stage"], columns="metric", values="after", sort=False
+    )
+    shown = values.reindex(columns=list(METRICS))
+    show("MPF1 and MAPE in %, with one stage replaced by the truth", shown)
+    for sentence in stage_sentences(table).values():
+        typer.echo(sentence)
 
 
 def _write_scatter(dataset: "Dataset", shape: "ShapeParameters", path: Path) -> None:

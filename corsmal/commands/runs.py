@@ -1,4 +1,4 @@
-"""``estimate``, ``submit`` and ``runs``: making, listing, showing, exporting and deleting runs."""
+"""``estimate``, ``submit``, and of ``runs``: ``list``, ``show``, ``export`` and ``delete``."""
 
 import json
 from dataclasses import replace
@@ -119,9 +119,10 @@ def list_runs(root: Root, *, as_json: AsJson = False) -> None:
     from corsmal.store import Store
 
     found = [
-        {"name": run.name, **run.facts()} for run in runs.list_runs(store=Store(), dataset=open_dataset(root).root)
+        {"name": run.name, "note": run.note, "archived": run.is_archived, **run.facts()}
+        for run in runs.list_runs(store=Store(), dataset=open_dataset(root).root)
     ]
-    columns = ["name", "recordings", "parameters", "created"]
+    columns = ["name", "recordings", "parameters", "created", "note"]
     if as_json:
         typer.echo(json.dumps(found, indent=1))
     else:
@@ -142,12 +143,12 @@ def show(root: Root, name: Name, *, as_json: AsJson = False) -> None:
 
 
 def delete(root: Root, name: Name) -> None:
-    """Delete a run. The estimates of its recordings stay in the cache, so that making it again is quick."""
+    """Delete a run; within 30 days `runs restore` brings it back. The estimates of its recordings stay."""
     from corsmal import runs
     from corsmal.store import Store
 
     _, run = open_run(root, name)
-    runs.delete_run(run.name, dataset=run.dataset, store=Store())
+    runs.delete_run(run, store=Store())
 
 
 def export(

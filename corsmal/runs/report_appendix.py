@@ -42,22 +42,6 @@ NAMES = {
 }
 """Parameters of the fit as people read them, where the field's name does not say it."""
 
-UNUSED = {
-    "circumferences": ("tilt_deg", "boxes", "all_views"),
-    "outlines": (
-        "points",
-        "radii",
-        "radius_max_mm",
-        "radius_min_mm",
-        "max_difference_mm",
-        "fit_rule",
-        "height_range_reference",
-        "height_range_low_mm",
-        "height_range_high_mm",
-    ),
-}
-"""Parameters that a method of the fit does not use."""
-
 
 def recordings_table(run: Run, errors: pd.DataFrame) -> pd.DataFrame:
     """Every judged recording in words: what was estimated, and how far off that is; the worst first."""
@@ -119,15 +103,17 @@ def appendix(run: Run, dataset: Dataset, *, protocol: Protocol, against: Run | N
 
 def parameters_table(shapes: Mapping[str, ShapeParameters]) -> pd.DataFrame:
     """Parameters as people read them, a column per run."""
-    flat = {name: _flat(asdict(shape)) for name, shape in shapes.items()}
-    names = list(next(iter(flat.values())))
-    return pd.DataFrame(
-        {"parameter": [NAMES.get(name, heading(name)) for name in names]}
-        | {
-            run: ["not used" if name in UNUSED[values["method"]] else _value_text(values[name]) for name in names]
-            for run, values in flat.items()
-        }
-    )
+    flat = {run: {name: _value_text(value) for name, value in _used(shape).items()} for run, shape in shapes.items()}
+    names = [NAMES.get(name, heading(name)) for name in next(iter(flat.values()))]
+    return pd.DataFrame({"parameter": names} | {run: list(values.values()) for run, values in flat.items()})
+
+
+def _used(shape: ShapeParameters) -> dict[str, Any]:
+    """The parameters of a fit, flat; ``not used`` in place of those that its method does not look at."""
+    values = {name: value if name not in shape.ignored else "not used" for name, value in asdict(shape).items()}
+    if "height_range" in shape.ignored:
+        values["height_range"] = dict.fromkeys(asdict(shape.height_range), "not used")
+    return _flat(values)
 
 
 def _flat(values: Mapping[str, Any]) -> dict[str, Any]:

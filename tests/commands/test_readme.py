@@ -409,11 +409,55 @@ def _(place: Place, arguments: list[str]) -> None:
     assert place.estimates.read_bytes() == written
 
 
+def other_run(place: Place, name: str, *options: str) -> str:
+    """A run of one recording, which the command may change."""
+    out = str(place.folder / "other.csv")
+    run(["estimate", str(place.dataset), "000000", "--run", name, "--out", out, *options])
+    return name
+
+
+def listed(place: Place) -> dict[str, dict[str, str]]:
+    return {row["name"]: row for row in json.loads(run(["runs", "list", str(place.dataset), "--json"]))}
+
+
+@check("runs compare")
+def _(place: Place, arguments: list[str]) -> None:
+    assert place.estimates.is_file()
+    output = run([*arguments[:-1], other_run(place, "other preset", "--preset", "lode")])
+    assert re.search(r"shape.circumferences +145 +500", output)
+
+
+@check("runs rename")
+def _(place: Place, arguments: list[str]) -> None:
+    run([*arguments[:3], other_run(place, "before"), arguments[-1]])
+    assert {"before", arguments[-1]} & set(listed(place)) == {arguments[-1]}
+
+
+@check("runs note")
+def _(place: Place, arguments: list[str]) -> None:
+    run([*arguments[:3], other_run(place, "noted"), arguments[-1]])
+    assert listed(place)["noted"]["note"] == "thin wall"
+
+
+@check("runs archive")
+def _(place: Place, arguments: list[str]) -> None:
+    run([*arguments[:-1], other_run(place, "old")])
+    assert listed(place)["old"]["archived"]
+    run([*arguments[:-1], "old", "--undo"])
+    assert not listed(place)["old"]["archived"]
+
+
 @check("runs delete")
 def _(place: Place, arguments: list[str]) -> None:
-    run(["estimate", str(place.dataset), "000000", "--run", "another", "--out", str(place.folder / "another.csv")])
-    run([*arguments[:-1], "another"])
-    assert "another" not in run(["runs", "list", str(place.dataset)])
+    run([*arguments[:-1], other_run(place, "another")])
+    assert "another" not in listed(place)
+
+
+@check("runs restore")
+def _(place: Place, arguments: list[str]) -> None:
+    run(["runs", "delete", str(place.dataset), other_run(place, "lost")])
+    run([*arguments[:-1], "lost"])
+    assert "lost" in listed(place)
 
 
 def test_the_library_example_runs(place: Place, capsys: pytest.CaptureFixture[str]) -> None:

@@ -116,6 +116,10 @@ def test_a_run_that_is_not_there_is_said_with_those_that_are(root):
     for arguments in (("runs", "show"), ("runs", "delete"), ("submit",), ("attribute",)):
         with pytest.raises(NotFoundError, match=r"there is no run 'yours' on .*; runs: mine"):
             command(*arguments, root, "yours")
+    with pytest.raises(NotFoundError, match=r"there is no deleted run 'mine' on .*; deleted runs: none"):
+        command("runs", "restore", root, "mine")
+    with pytest.raises(CorsmalError, match="a run's name begins with a letter or digit"):
+        command("runs", "rename", root, "mine", "<b>mine</b>")
 
 
 def test_a_submission_has_a_row_for_every_recording_of_the_dataset(root):
@@ -131,6 +135,7 @@ def test_errors_are_attributed_as_on_the_page(root):
     output = command("attribute", root, "mine")
     for stage in ("as it is", "dimensions", "filling"):
         assert stage in output
-    assert "Part of the average error that goes away" in output
+    assert "With the annotated capacity, widths and height " in output
+    assert "With the annotated filling " in output
     result = CliRunner().invoke(cli.app, ["attribute", str(root)])
     assert result.exit_code == 2
