@@ -1,6 +1,7 @@
 from .attribution import ablation_table as ablation_table
 from .attribution import attribution_table as attribution_table
 from .attribution import with_true_filling as with_true_filling
+from .attribution_words import stage_sentences as stage_sentences
 from .cells import cell_table as cell_table
 from .cells import comparison_note as comparison_note
 from .challenge import challenge_scores as challenge_scores

@@ -1,22 +1,27 @@
 """Which stage errors come from: estimates beside the same with one stage replaced by the truth."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from corsmal.dataset.annotation import CONTAINERS, DENSITIES_G_PER_ML, LEVEL_FRACTIONS
 from corsmal.errors import ArgumentError
+from corsmal.evaluation.bootstrap import RESAMPLES, Floats, draw_weights, interval, weighted_metric
 from corsmal.evaluation.checking import truth_table
 from corsmal.evaluation.estimates import ID_COLUMN, check_estimates, estimates_table
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.evaluation.protocols import BY_NETWORKS, Protocol
 from corsmal.evaluation.recordings import error_table
-from corsmal.evaluation.tables import METRICS, container_table
+from corsmal.evaluation.tables import AVERAGE, METRICS, is_counted
 from corsmal.quantities import BY_NAME, GEOMETRY
 
 AS_IT_IS = "as it is"
 """The stage that stands for none: nothing is replaced."""
+
+SMALL_POINTS = 5.0
+"""Of a shortfall below so many percentage points a share says nothing: it is given in points only."""
 
 GROUPS = ("all", "seen", "unseen")
 """Of the containers: the demo's networks were trained on the annotated ones."""
@@ -25,49 +30,110 @@ GROUPS = ("all", "seen", "unseen")
 _KEPT = [*CLASS_NAMES, "protocol", *(f"{stage}_{what}" for stage in BY_NETWORKS for what in ("weights", "held_out"))]
 """Columns that stay as they are when another stage is replaced."""
 
+_COLUMNS = [
+    *("container_id", "container", "metric", "recordings", "before", "after"),
+    *("gone", "low", "high", "share", "share_low", "share_high"),
+]
+
 
 def attribution_table(
     estimates: pd.DataFrame,
     replaced: Mapping[str, pd.DataFrame],
     annotation: pd.DataFrame,
     *,
+    rng: np.random.Generator,
     protocol: Protocol = "held-out",
+    resamples: int = RESAMPLES,
 ) -> pd.DataFrame:
     """How much of each error goes away with each stage replaced by the truth.
+
+    Only recordings that count both before and after are compared. Intervals are those of a paired bootstrap over
+    recordings, whatever their container, so that there are some where each container was filmed once.
 
     Args:
         estimates: the estimates table of a run.
         replaced: the same by replaced stage, see ``corsmal.runs.attribution``; the filling and what the networks were
             trained on are taken from ``estimates``. The stage ``filling`` is added: its truth is annotated.
         annotation: a dataset's table, or the columns of the annotation file.
+        rng: draws the recordings.
         protocol: which numbers of networks are judged, see ``error_table``.
+        resamples: how many times, at least 100.
 
     Returns:
-        A row per stage, ``as it is`` first, and container, ``Average`` last: ``stage``, ``container_id``,
-        ``container``, and for every metric of Table 2 its value with that stage replaced (in %) and, with ``_removed``,
-        the part of the shortfall that is gone, in %: 100 when nothing is left of it, negative when it grew. The
-        shortfall is the MAPE, or what MPF1 lacks to 100. NaN where there was none, or no number.
+        A row per stage, container, ``Average`` last, and metric of Table 2: ``stage``, ``container_id``,
+        ``container``, ``metric``, ``recordings`` (compared), ``before`` and ``after`` (the metric in %), ``gone`` with
+        ``low`` and ``high``: by how many percentage points the shortfall became smaller, and its 95 % interval (NaN
+        for one recording); ``share`` with ``share_low`` and ``share_high``: the same in % of the shortfall before,
+        clipped to 0..100, NaN where that is below ``SMALL_POINTS``. The shortfall is the MAPE, or what MPF1 lacks
+        to 100. What no recording has both before and after has no row.
 
     Raises:
         ArgumentError: a table has no ids, no recording in common with the annotation, or the protocol is unknown.
     """
-    before = container_table(error_table(estimates, annotation, protocol=protocol))
-    tables, kept = {AS_IT_IS: estimates}, estimates_table(estimates).set_index(ID_COLUMN)[_KEPT]
-    for stage, table in replaced.items():
-        tables[stage] = estimates_table(table).drop(columns=_KEPT).join(kept, on=ID_COLUMN)
+    before = error_table(estimates, annotation, protocol=protocol)
+    kept = estimates_table(estimates).set_index(ID_COLUMN)[_KEPT]
+    tables = {
+        stage: estimates_table(table).drop(columns=_KEPT).join(kept, on=ID_COLUMN) for stage, table in replaced.items()
+    }
     tables["filling"] = with_true_filling(estimates, annotation)
     parts = []
     for stage, table in tables.items():
-        after = container_table(error_table(table, annotation, protocol=protocol)).set_index("container_id")
-        after = after.reindex(before["container_id"]).reset_index(drop=True)
-        part = before[["container_id", "container"]].copy()
-        part.insert(0, "stage", stage)
+        if stage != AS_IT_IS:
+            rows = _compared(before, error_table(table, annotation, protocol=protocol), rng, resamples)
+            parts.append(pd.DataFrame(rows, columns=_COLUMNS).assign(stage=stage))
+    found = pd.concat(parts, ignore_index=True)
+    return found[["stage", *_COLUMNS]].astype({"container_id": "Int64"})
+
+
+def _compared(
+    before: pd.DataFrame, after: pd.DataFrame, rng: np.random.Generator, resamples: int
+) -> list[dict[str, Any]]:
+    """A row per container and metric, then those of the average, for one stage."""
+    known = before.index[before["container_id"].notna()].intersection(after.index)
+    before, after = before.loc[known], after.loc[known]
+    weights = draw_weights(len(known), resamples=resamples, rng=rng) if len(known) else np.ones((1, 0))
+    rows: list[dict[str, Any]] = []
+    drawn: dict[str, list[tuple[int, Floats]]] = {metric: [] for metric in METRICS}
+    for number, place in before.groupby("container_id").indices.items():
+        sides = before.iloc[place], after.iloc[place]
+        container = {"container_id": number, "container": sides[0]["container"].iloc[0] or f"container {number}"}
         for metric in METRICS:
-            old, new = (table[metric] if metric.endswith("_mape") else 100 - table[metric] for table in (before, after))
-            part[metric] = after[metric]
-            part[f"{metric}_removed"] = (100 * (old - new) / old.where(old > 0)).replace([np.inf, -np.inf], np.nan)
-        parts.append(part)
-    return pd.concat(parts, ignore_index=True)
+            counts = (is_counted(sides[0], metric) & is_counted(sides[1], metric)).to_numpy()
+            if count := int(counts.sum()):
+                own = weights[:, place]
+                values = np.array([weighted_metric(side, metric, own, counts=counts) for side in sides])
+                rows.append(container | _summary(metric, count, values))
+                drawn[metric].append((count, values))
+    for metric, found in drawn.items():
+        if found:
+            values = _mean_over_containers(np.array([values for _, values in found]))
+            average = {"container_id": pd.NA, "container": AVERAGE}
+            rows.append(average | _summary(metric, sum(count for count, _ in found), values))
+    return rows
+
+
+def _mean_over_containers(values: Floats) -> Floats:
+    """The mean of (containers, 2, m) values over the containers that a draw has: (2, m)."""
+    is_there = np.isfinite(values).all(axis=1, keepdims=True)
+    counts = is_there.sum(axis=0)
+    sums = np.where(is_there, values, 0.0).sum(axis=0)
+    means: Floats = np.divide(sums, counts, out=np.full(sums.shape, np.nan), where=counts > 0)
+    return means
+
+
+def _summary(metric: str, count: int, values: Floats) -> dict[str, Any]:
+    """What (2, 1 + resamples) values of a metric, before and after, say; the first belong to the recordings as are."""
+    shortfalls = values if metric.endswith("_mape") else 100 - values
+    gone = shortfalls[0] - shortfalls[1]
+    low, high = interval(gone, has_spread=count > 1)
+    summary = {"metric": metric, "recordings": count, "before": values[0, 0], "after": values[1, 0]}
+    summary |= {"gone": gone[0], "low": low, "high": high}
+    if shortfalls[0, 0] < SMALL_POINTS:
+        return summary | dict.fromkeys(("share", "share_low", "share_high"), np.nan)
+    shares = np.divide(gone, shortfalls[0], out=np.full(gone.shape, np.nan), where=shortfalls[0] > 0)
+    shares = np.clip(100 * shares, 0, 100)
+    share_low, share_high = interval(shares, has_spread=count > 1)
+    return summary | {"share": shares[0], "share_low": share_low, "share_high": share_high}
 
 
 def with_true_filling(estimates: pd.DataFrame, annotation: pd.DataFrame) -> pd.DataFrame:

@@ -9,7 +9,6 @@ import plotly.graph_objects as go
 from corsmal.figures.style import (
     BEST,
     INSIDE,
-    MEASURED,
     OUTSIDE,
     TRUTH,
     Part,
@@ -31,7 +30,7 @@ BOX_MIN = 5
 
 
 def spread_figure(
-    table: pd.DataFrame, points: pd.DataFrame | None, *, metric: str, unit: str, seed: int = 0
+    table: pd.DataFrame, points: pd.DataFrame | None, *, metric: str, unit: str, colour: str, seed: int = 0
 ) -> go.Figure:
     """One metric by container: how bad each is, and how its recordings' errors spread.
 
@@ -42,6 +41,7 @@ def spread_figure(
             recording id; None where the metric has no errors of single recordings.
         metric: its name for people.
         unit: of ``error``, for people.
+        colour: of the run.
         seed: of the points' places across their row.
 
     Returns:
@@ -59,7 +59,7 @@ def spread_figure(
             customdata=names,
             text=[f"{value:.1f}" if np.isfinite(value) else "no number" for value in table["value"]],
             textposition="auto",
-            marker={"color": MEASURED},
+            marker={"color": colour},
             hovertemplate="%{customdata}: %{x:.1f} %<extra></extra>",
         )
     ]
@@ -77,17 +77,18 @@ def spread_figure(
         hovermode="closest",
     )
     if points is not None:
-        traces += _strips(points, rows, unit=unit, seed=seed)
+        traces += _strips(points, rows, unit=unit, colour=colour, seed=seed)
         layout["xaxis2"] = axis(f"error of each recording ({unit})", domain=[0.47, 1], anchor="y2", zeroline=True)
         layout["yaxis2"] = {**ticks, "anchor": "x2", "showticklabels": False}
     return go.Figure(traces, layout)
 
 
-def errors_figure(errors: pd.DataFrame, *, seed: int = 0) -> go.Figure:
+def errors_figure(errors: pd.DataFrame, *, colour: str, seed: int = 0) -> go.Figure:
     """How the errors of every number spread, a panel each: a box per container and a point per recording.
 
     Args:
         errors: from ``corsmal.evaluation.error_table``, with an error at least.
+        colour: of the run.
         seed: of the points' places across their row.
 
     Returns:
@@ -103,7 +104,7 @@ def errors_figure(errors: pd.DataFrame, *, seed: int = 0) -> go.Figure:
     for number, (quantity, (start, end)) in enumerate(zip(known, places, strict=True), start=1):
         ending = "" if number == 1 else str(number)
         points = errors[["container", "failed"]].assign(error=errors[quantity.error_column])
-        strips = _strips(points, rows, unit="%", seed=seed, ending=ending)
+        strips = _strips(points, rows, unit="%", colour=colour, seed=seed, ending=ending)
         traces += strips if number == 1 else [strip | {"showlegend": False} for strip in strips]
         layout[f"xaxis{ending}"] = axis("error (%)", domain=[start, end], anchor=f"y{ending}", zerolinewidth=2)
         own = {"automargin": True} if number == 1 else {"showticklabels": False}
@@ -114,7 +115,9 @@ def errors_figure(errors: pd.DataFrame, *, seed: int = 0) -> go.Figure:
     return go.Figure(traces, layout)
 
 
-def _strips(points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, seed: int, ending: str = "2") -> list[Part]:
+def _strips(
+    points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, colour: str, seed: int, ending: str = "2"
+) -> list[Part]:
     """A box per container over its recordings, and a point per recording, on the axes whose names end so."""
     known = points[points["error"].notna() & points["container"].isin(rows)]
     errors, places = known["error"].to_numpy(), known["container"].map(rows).to_numpy(dtype=np.float64)
@@ -134,9 +137,13 @@ def _strips(points: pd.DataFrame, rows: Mapping[str, int], *, unit: str, seed: i
         **on,
     }
     traces = [box]
-    for failed, name, colour in ((False, "measured", MEASURED), (True, "failed: training mean", OUTSIDE)):
+    for failed, name, own_colour in ((False, "measured", colour), (True, "failed: training mean", OUTSIDE)):
         own = (known["failed"] == failed).to_numpy()
-        look = {"name": name, "marker": {"size": 7, "color": colour, "opacity": 0.75}, "showlegend": bool(own.any())}
+        look = {
+            "name": name,
+            "marker": {"size": 7, "color": own_colour, "opacity": 0.75},
+            "showlegend": bool(own.any()),
+        }
         shown = f"%{{customdata}}: %{{x:+.1f}} {unit}<extra></extra>"
         ids = list(known.index[own])
         traces.append(

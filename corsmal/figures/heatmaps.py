@@ -10,8 +10,8 @@ from corsmal.dataset.annotation import Kind
 from corsmal.figures.style import AXIS, Part, axis, heatmap, note, plain_layout, scatter, side_by_side
 
 SHADE = [[0.0, "rgba(91,141,239,0.04)"], [1.0, "rgba(91,141,239,0.95)"]]
-WORSE = [[0.0, "#14B8A6"], [0.5, "#F2C14E"], [1.0, "#D55E00"]]
-REMOVED = [[0.0, "rgba(229,72,77,0.85)"], [0.5, "rgba(138,143,152,0.10)"], [1.0, "rgba(20,184,166,0.85)"]]
+BETTER_WORSE = [[0.0, "rgba(20,184,166,0.8)"], [0.5, "rgba(138,143,152,0.10)"], [1.0, "rgba(213,94,0,0.8)"]]
+GONE = [[0.0, "rgba(138,143,152,0.10)"], [1.0, "rgba(20,184,166,0.85)"]]
 GAPS = {"xgap": 2, "ygap": 2}
 
 
@@ -55,84 +55,104 @@ def confusion_figure(tables: Mapping[Kind, pd.DataFrame]) -> go.Figure:
     return go.Figure([*traces, *texts], layout)
 
 
-def sweep_figure(table: pd.DataFrame, *, metric: str, label: str, current: tuple[float, float]) -> go.Figure:
-    """The error over a grid of L and d_max.
+def sweep_figure(
+    table: pd.DataFrame,
+    *,
+    metric: str,
+    axes: tuple[str, str],
+    labels: tuple[str, str, str],
+    current: tuple[float, float],
+) -> go.Figure:
+    """The error over a grid of two parameters, coloured where it differs from the reference by more than noise.
 
     Args:
-        table: from ``corsmal.evaluation.sweep_table``: ``circumferences``, ``max_difference_mm``, the metric (%),
-            ``recordings`` and ``failures``.
+        table: from ``corsmal.evaluation.sweep_table``: the two parameters, the metric (%) with its ``_difference``,
+            ``_low`` and ``_high``, ``recordings`` and ``failures``.
         metric: the column that is drawn.
-        label: its name for people.
-        current: the present L and d_max, marked by a ring; off the grid it is put where it lies between the cells.
+        axes: the columns of the parameters, across and down.
+        labels: what people read for the two parameters and for the metric.
+        current: the present values, marked by a ring; off the grid it is put where it lies between the cells.
 
     Returns:
-        A heat map whose cells are equally large, whatever the steps between settings; ``customdata`` of a cell is L,
-        d_max, failures and recordings. A star marks the smallest error.
+        A heat map whose cells are equally large, whatever the steps between settings; ``customdata`` of a cell is the
+        two values, failures, recordings and the interval of the difference. A cell has a colour if that excludes 0. A
+        star marks the smallest error, if its difference is one.
     """
-    errors, failures, recordings = (
-        table.pivot_table(index="max_difference_mm", columns="circumferences", values=name, dropna=False)
-        for name in (metric, "failures", "recordings")
+    names = (metric, "failures", "recordings", *(f"{metric}_{part}" for part in ("difference", "low", "high")))
+    errors, failures, recordings, differences, low, high = (
+        table.pivot_table(index=axes[1], columns=axes[0], values=name, dropna=False) for name in names
     )
-    values = errors.to_numpy()
+    values, is_clear = errors.to_numpy(), ((low > 0) | (high < 0)).to_numpy()
+    shown = np.where(is_clear, differences.to_numpy(), 0.0)
     across, down = errors.columns.to_numpy(dtype=np.float64), errors.index.to_numpy(dtype=np.float64)
+    ticks = [[f"{value:g}" for value in steps] for steps in (across, down)]
+    largest = max(1.0, float(np.abs(shown).max(initial=0.0)))
+    known = np.isfinite(values)
     cells = heatmap(
-        values,
-        colours=WORSE,
+        np.where(known, shown, np.nan),
+        colours=BETTER_WORSE,
         x=np.arange(len(across)),
         y=np.arange(len(down)),
-        customdata=np.dstack([*np.meshgrid(across, down), failures, recordings]).tolist(),
-        text=[[f"{value:.1f}" if np.isfinite(value) else "–" for value in row] for row in values],
-        texttemplate="%{text}",
-        hovertemplate="L %{customdata[0]:.0f}, d_max %{customdata[1]:.2f} mm<br>"
-        f"{label}: %{{z:.1f}} %<br>failed: %{{customdata[2]}} of %{{customdata[3]}}<extra></extra>",
+        zmin=-largest,
+        zmax=largest,
+        customdata=np.dstack([*np.meshgrid(across, down), failures, recordings, low, high, values]).tolist(),
+        hovertemplate=f"{labels[0]} %{{customdata[0]:g}}, {labels[1]} %{{customdata[1]:g}}<br>"
+        f"{labels[2]}: %{{customdata[6]:.1f}} %<br>to the run's setting: %{{customdata[4]:+.1f}} to "
+        "%{customdata[5]:+.1f} points<br>failed: %{customdata[2]} of %{customdata[3]}<extra></extra>",
     )
-    bar = {"showscale": True, "colorbar": {"title": {"text": "MAPE (%)"}, "thickness": 12}}
+    bar = {"showscale": True, "colorbar": {"title": {"text": "points"}, "thickness": 12}}
+    places = [(x, y) for y in range(len(down)) for x in range(len(across))]
+    texts = [f"{values[y, x]:.1f}" if known[y, x] else "–" for x, y in places]
     x, y = (
         np.interp(value, steps, np.arange(len(steps))) for value, steps in zip(current, (across, down), strict=True)
     )
-    traces = [cells | GAPS | bar, _mark(float(x), float(y), "circle-open", "current setting", size=34)]
-    if np.isfinite(values).any():
-        row, column = np.unravel_index(np.nanargmin(values), values.shape)
-        traces.append(_mark(float(column) - 0.34, float(row), "star", "smallest error", size=11))
+    traces = [
+        cells | GAPS | bar,
+        scatter(*zip(*places, strict=True), mode="text", text=texts, showlegend=False, hoverinfo="skip"),
+        _mark(float(x), float(y), "circle-open", "the run's setting", size=34),
+    ]
+    if (is_clear & known).any():
+        row, column = np.unravel_index(np.nanargmin(np.where(is_clear & (shown < 0), values, np.inf)), values.shape)
+        if shown[row, column] < 0:
+            traces.append(_mark(float(column) - 0.34, float(row), "star", "smallest error", size=11))
     layout = plain_layout(
-        xaxis=axis("L, circumferences", tickvals=np.arange(len(across)), ticktext=[f"{x:g}" for x in across]),
-        yaxis=axis("d_max (mm)", tickvals=np.arange(len(down)), ticktext=[f"{y:g}" for y in down]),
+        xaxis=axis(labels[0], tickvals=np.arange(len(across)), ticktext=ticks[0], zeroline=False, showgrid=False),
+        yaxis=axis(labels[1], tickvals=np.arange(len(down)), ticktext=ticks[1], zeroline=False, showgrid=False),
     )
     return go.Figure(traces, layout)
 
 
-def blame_figure(table: pd.DataFrame, *, rows: str, columns: str, value: str, label: str) -> go.Figure:
-    """How much of an error goes away with a stage's mistakes, as a heat map.
-
-    From −100 % (the error doubled) to 100 % (nothing is left of it); cells without a number are empty.
+def share_figure(table: pd.DataFrame, *, rows: str, columns: str) -> go.Figure:
+    """How much of an error goes away with a stage's mistakes, as a heat map of shares from 0 to 100 %.
 
     Args:
-        table: rows of ``corsmal.evaluation.attribution_table``, or a melted form of it.
+        table: rows of ``corsmal.evaluation.attribution_table`` with the columns ``text``, what is written on a cell,
+            and ``told``, what is said where the mouse rests.
         rows: the column that names the rows.
         columns: the column that names the columns.
-        value: the column with the part of the error that is gone, %.
-        label: what is drawn, for people.
     """
     down, across = (list(dict.fromkeys(table[name])) for name in (rows, columns))
-    parts = table.pivot_table(index=rows, columns=columns, values=value, dropna=False)
-    values = parts.reindex(index=down, columns=across).to_numpy()
+    shares, texts, told = (
+        table.set_index([rows, columns])[value].unstack().reindex(index=down, columns=across).to_numpy()  # noqa: PD010
+        for value in ("share", "text", "told")
+    )
+    texts, told = (np.where(pd.isna(each), "", each) for each in (texts, told))
     cells = heatmap(
-        np.clip(values, -100, 100),
-        colours=REMOVED,
+        np.nan_to_num(shares.astype(np.float64)),
+        colours=GONE,
         x=across,
         y=down,
-        customdata=values.tolist(),
-        zmin=-100,
+        customdata=told.tolist(),
+        zmin=0,
         zmax=100,
-        hovertemplate=f"%{{y}}, %{{x}}<br>{label}: %{{customdata:.0f}} %<extra></extra>",
+        hovertemplate="%{y}, %{x}<br>%{customdata}<extra></extra>",
     )
     layout = plain_layout(
         xaxis={"type": "category", "side": "top", "tickangle": 0, "showgrid": False},
         yaxis={"type": "category", "autorange": "reversed", "automargin": True, "showgrid": False},
         margin={"l": 60, "r": 12, "t": 60, "b": 12},
     )
-    names = [f"{value:+.0f} %" if np.isfinite(value) else "" for value in values.ravel()]
-    return go.Figure([cells | GAPS, _texts(across, down, names)], layout)
+    return go.Figure([cells | GAPS, _texts(across, down, list(texts.ravel()))], layout)
 
 
 def _mark(x: float, y: float, symbol: str, name: str, *, size: int) -> Part:

@@ -11,12 +11,13 @@ Part = dict[str, Any]
 VIEW_COLOURS = {"view1": "#E69F00", "view2": "#009E73", "view3": "#3B8EDE", "view4": "#8A8F98"}
 CONTAINER = "#14B8A6"
 PRESET_COLOURS = {"paper": "#A0714F", "lode": "#7D8B2B", "tuned": "#6A5ACD"}
-"""Of what was fitted with a preset: hulls, profiles, curves. None is a view's."""
+"""Of what was fitted with a preset: hulls, profiles, curves, runs. None is a view's."""
+OWN_COLOUR = "#64748B"
+"""Of what was fitted with parameters of no preset."""
 RING = "#3F4A56"
 TABLE = "#8A8F98"
 ERROR_COLOURS = [[0.0, "#2166AC"], [0.5, "#F3F3F1"], [1.0, "#B2182B"]]
 """Of signed distances, from inside the true shape to outside it."""
-MEASURED = "#5B8DEF"
 PENALTY = "#D55E00"
 BEST = "#CC79A7"
 DROPPED = "#D55E00"
@@ -48,6 +49,11 @@ def text_on(colour: str) -> str:
     """A colour for text that can be read on a ``#rrggbb`` colour."""
     red, green, blue = rgb(colour)
     return "#16212B" if 0.3 * red + 0.59 * green + 0.11 * blue > BRIGHT else "#FFFFFF"
+
+
+def run_colour(preset: str) -> str:
+    """The colour of a run with the parameters of a preset, or with others."""
+    return PRESET_COLOURS.get(preset, OWN_COLOUR)
 
 
 def plain_layout(**changes: object) -> Part:

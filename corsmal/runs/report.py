@@ -32,6 +32,7 @@ from corsmal.figures.evaluation import comparison_figure, errors_figure
 from corsmal.figures.heatmaps import confusion_figure
 from corsmal.figures.pins import Pin
 from corsmal.figures.report import Answers, Block, Chart, Pinned, Report, Section, Table, Table2, Text
+from corsmal.figures.style import run_colour
 from corsmal.quantities import BY_METRIC, QUANTITIES
 from corsmal.runs.report_appendix import appendix, recordings_notes, recordings_table
 from corsmal.runs.report_words import answers, banner, tiles
@@ -159,7 +160,7 @@ def _errors(judged: JudgedRun) -> Section:
             "Signed errors of the estimates, in % of the truth, by container; right of zero: too large. A point is a "
             "recording; a box, from five recordings on, holds the middle half."
         )
-        blocks.append(Chart(errors_figure(errors), caption, height_px))
+        blocks.append(Chart(errors_figure(errors, colour=run_colour(judged.run.preset)), caption, height_px))
     for name in CLASS_NAMES:
         tables = {kind: table for kind, table in confusion_tables(errors, name).items() if table.to_numpy().any()}
         if tables:

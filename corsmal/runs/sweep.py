@@ -1,17 +1,17 @@
-"""Capacity and dimensions of many recordings over a grid of L and d_max."""
+"""Capacity and dimensions of many recordings over a grid of two parameters that the run's fit depends on."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.engines.engine import never
 from corsmal.errors import ArgumentError, CorsmalError
-from corsmal.estimation import fit_frame
-from corsmal.parameters import PAIRS, SelectionParameters, ShapeParameters
+from corsmal.estimation import Fit, estimate, fit_frame
+from corsmal.parameters import CentreRule, SelectionParameters, ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.runs.run import Run
-from corsmal.selection import BestFrame, select_best_frame
+from corsmal.selection import Pair
 from corsmal.shape import Hull, measure_hull
 from corsmal.stages.detections import DetectionSet, load_detections
 from corsmal.stages.fits import calibration_fingerprints
@@ -19,25 +19,74 @@ from corsmal.stages.version import METHOD_VERSION
 from corsmal.store import Store, digest
 
 KIND = "sweeps"
-SETTINGS = ("circumferences", "max_difference_mm")
-"""The two axes of the grid, L and d_max."""
+
+OFFERED: Mapping[str, tuple[float, ...]] = {
+    "circumferences": (40, 70, 100, 145, 180, 220, 260, 320, 400, 500),
+    "max_difference_mm": (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0),
+    "points": (7, 9, 13, 19, 25, 37, 61),
+    "radii": (36, 73, 145, 290, 500),
+    "tilt_deg": (0.0, 1.5, 3.0, 5.0, 8.0),
+    "wall_mm": (0.0, 0.5, 1.0, 1.5, 2.0, 3.0),
+    "frames": (1, 2, 4, 8, 16),
+}
+"""Values that are worth trying, by field of ``ShapeParameters``; ``ShapeParameters.varied`` says which matter."""
+
+MEASURING = ("max_difference_mm", "wall_mm")
+"""Parameters that a fitted hull is measured with: it does not depend on them."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One parameter of a sweep.
+
+    Args:
+        name: field of ``ShapeParameters``.
+        values: those that are tried.
+    """
+
+    name: str
+    values: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Grid:
-    """What a sweep is made over: ids of recordings, values of L, each at least 2, and of d_max, not negative.
+    """What a sweep is made over: ids of recordings, and two parameters with their values.
 
     Raises:
-        ArgumentError: one of them is empty.
+        ArgumentError: one of them is empty, or both parameters are the same.
     """
 
     recordings: tuple[str, ...]
-    circumferences: tuple[int, ...]
-    max_differences_mm: tuple[float, ...]
+    across: Axis
+    down: Axis
 
     def __post_init__(self) -> None:
-        if not (self.recordings and self.circumferences and self.max_differences_mm):
-            raise ArgumentError("recordings, circumferences and max_differences_mm must each hold at least one value")
+        if not (self.recordings and self.across.values and self.down.values):
+            raise ArgumentError("recordings and the values of both parameters must each hold at least one")
+        if self.across.name == self.down.name:
+            raise ArgumentError(f"a sweep needs two different parameters, got {self.across.name} twice")
+
+    @property
+    def settings(self) -> list[dict[str, float]]:
+        """All pairs of values, by parameter."""
+        return [{self.across.name: x, self.down.name: y} for x in self.across.values for y in self.down.values]
+
+
+def run_grid(run: Run, recordings: Sequence[str], across: Axis, down: Axis) -> Grid:
+    """A grid that holds the run's own setting too, with which the others are compared.
+
+    Raises:
+        ArgumentError: the run's fit does not depend on a parameter, or see ``Grid``.
+    """
+    varied = run.settings.shape.varied
+    for axis in (across, down):
+        if axis.name not in varied:
+            raise ArgumentError(f"the run's fit does not depend on {axis.name}; it does on {', '.join(varied)}")
+    own = [
+        replace(axis, values=tuple(sorted({*axis.values, getattr(run.settings.shape, axis.name)})))
+        for axis in (across, down)
+    ]
+    return Grid(tuple(recordings), *own)
 
 
 def sweep_run(
@@ -51,30 +100,29 @@ def sweep_run(
 ) -> list[dict[str, Any]]:
     """What every setting of a grid measures in recordings of a run; it is kept for the run, see ``load_sweep``.
 
-    The best frame depends on neither setting and the hull on L only, so a hull is fitted once for each L and measured
-    once for each d_max. As in an estimate, the second pair of views is tried where the first one fails. What was
-    measured in a recording is kept even if the work is cancelled.
+    The numbers are those of an estimate with these parameters. A hull is fitted once for all settings that only measure
+    it otherwise. What was measured in a recording is kept even if the work is cancelled.
 
     Returns:
-        A row per recording and setting: ``recording_id``, ``circumferences``, ``max_difference_mm`` and the four
-        quantities, None where neither pair could be measured.
+        A row per recording and setting: ``recording_id``, the two parameters and the four quantities, None where
+        neither pair could be measured.
 
     Raises:
         ArgumentError: the grid holds a value that cannot be.
         NotFoundError: the dataset lacks a recording.
     """
-    shapes = [
-        replace(run.settings.shape, circumferences=int(count), max_difference_mm=float(step_mm))
-        for count in grid.circumferences
-        for step_mm in grid.max_differences_mm
-    ]
+    shapes = [with_setting(run.settings.shape, setting) for setting in grid.settings]
     rows: list[dict[str, Any]] = []
     for done, name in enumerate(grid.recordings):
         if progress is not None:
             progress(done, len(grid.recordings))
         if cancelled():
             return rows
-        rows += _recording_rows(dataset[name], shapes, store)
+        measured = _recording_values(dataset[name], shapes, store)
+        rows += [
+            {"recording_id": name, **setting, **(values or dict.fromkeys(GEOMETRY))}
+            for setting, values in zip(grid.settings, measured, strict=True)
+        ]
     store.save_json(KIND, _run_key(run, grid), {"rows": rows})
     return rows
 
@@ -89,44 +137,47 @@ def _run_key(run: Run, grid: Grid) -> str:
     return digest("sweep of a run", METHOD_VERSION, run.key, grid)
 
 
-def _recording_rows(recording: Recording, grid: Sequence[ShapeParameters], store: Store) -> list[dict[str, Any]]:
+def with_setting(shape: ShapeParameters, setting: Mapping[str, float]) -> ShapeParameters:
+    """The parameters with those of a setting, whole numbers as such."""
+    changes: dict[str, Any] = {name: type(getattr(shape, name))(value) for name, value in setting.items()}
+    return replace(shape, **changes)
+
+
+def _recording_values(
+    recording: Recording, shapes: Sequence[ShapeParameters], store: Store
+) -> list[dict[str, float] | None]:
+    """The four quantities with each of many parameters; None where they could not be measured."""
     try:
         found = load_detections(recording, store=store)
         key = digest(
-            "sweep", METHOD_VERSION, found.key, calibration_fingerprints(recording), SelectionParameters(), list(grid)
+            "sweep", METHOD_VERSION, found.key, calibration_fingerprints(recording), SelectionParameters(), list(shapes)
         )
     except CorsmalError:
-        return [_row(recording, shape, None) for shape in grid]
+        return [None] * len(shapes)
     kept = store.json(KIND, key)
-    if kept is not None:
-        return list(kept["rows"])
-    rows = _measured(recording, found, grid)
-    store.save_json(KIND, key, {"rows": rows})
-    return rows
+    if kept is None:
+        kept = {"values": _measured(recording, found, shapes)}
+        store.save_json(KIND, key, kept)
+    values: list[dict[str, float] | None] = kept["values"]
+    return values
 
 
-def _measured(recording: Recording, found: DetectionSet, grid: Sequence[ShapeParameters]) -> list[dict[str, Any]]:
-    values: dict[ShapeParameters, dict[str, float]] = {}
-    for pair in PAIRS:
-        best = select_best_frame(found.views, pair=pair)
-        hulls: dict[int, Hull] = {}
-        for shape in grid:
-            if shape in values or best.frame is None:
-                continue
-            if shape.circumferences not in hulls:
-                hulls[shape.circumferences] = _hull(recording, found, best, best.frame, shape)
-            dimensions = measure_hull(hulls[shape.circumferences], shape)
-            if dimensions.ok:
-                values[shape] = {name: getattr(dimensions, name) for name in GEOMETRY}
-    return [_row(recording, shape, values.get(shape)) for shape in grid]
+def _measured(
+    recording: Recording, found: DetectionSet, shapes: Sequence[ShapeParameters]
+) -> list[dict[str, float] | None]:
+    fitted: dict[object, Hull] = {}
 
+    def measure(shape: ShapeParameters) -> dict[str, float] | None:
+        fit_with = replace(shape, **{name: getattr(shapes[0], name) for name in MEASURING})
 
-def _hull(recording: Recording, found: DetectionSet, best: BestFrame, frame: int, shape: ShapeParameters) -> Hull:
-    return fit_frame(
-        recording, found.views, pair=best.pair, frame=frame, centre_rule=best.centre_rule, shape=shape
-    ).hull
+        def fits(*, pair: Pair, frame: int, centre_rule: CentreRule) -> Fit:
+            key = pair, frame, centre_rule, fit_with
+            if key not in fitted:
+                choice: dict[str, Any] = {"pair": pair, "frame": frame, "centre_rule": centre_rule}
+                fitted[key] = fit_frame(recording, found.views, **choice, shape=fit_with).hull
+            return Fit(pair, frame, fitted[key], measure_hull(fitted[key], shape))
 
+        result = estimate(recording, detections=found.views, shape=shape, fits=fits)
+        return None if result.fit is None else {name: getattr(result, name) for name in GEOMETRY}
 
-def _row(recording: Recording, shape: ShapeParameters, values: dict[str, float] | None) -> dict[str, Any]:
-    settings = {name: getattr(shape, name) for name in SETTINGS}
-    return {"recording_id": recording.id, **settings, **(values or dict.fromkeys(GEOMETRY))}
+    return [measure(shape) for shape in shapes]

@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -12,6 +13,7 @@ from corsmal.evaluation import (
     estimates_table,
     with_true_filling,
 )
+from corsmal.evaluation.attribution_words import gone_text, stage_sentences
 from tests.evaluation.made import made_annotation, perfect_estimates
 
 
@@ -51,6 +53,11 @@ def test_what_the_annotation_does_not_know_stays_as_estimated(annotation, estima
     assert with_true_filling(estimates, annotation)["filling_type"].iloc[0] == 2
 
 
+def attributed(estimates, replaced, annotation):
+    table = attribution_table(estimates, replaced, annotation, rng=np.random.default_rng(0), resamples=200)
+    return table.set_index(["stage", "container", "metric"])
+
+
 def test_attribution_by_hand(annotation, estimates):
     half = estimates.assign(
         capacity_ml=estimates["capacity_ml"] * 1.25 / 1.5,
@@ -58,17 +65,49 @@ def test_attribution_by_hand(annotation, estimates):
         filling_type=pd.NA,  # the filling is the run's, and what the networks were trained on
         mass_held_out=pd.NA,
     )
-    table = attribution_table(estimates, {"half": half}, annotation).set_index(["stage", "container"])
-    assert len(table) == 3 * 4
-    assert list(dict.fromkeys(table.index.get_level_values("stage"))) == ["as it is", "half", "filling"]
-    assert table.loc[("as it is", "red cup"), "capacity_mape"] == pytest.approx(50)
-    assert table.loc[("as it is", "red cup"), "capacity_mape_removed"] == 0
-    assert table.loc[("half", "red cup"), "capacity_mape"] == pytest.approx(25)
-    assert table.loc[("half", "red cup"), "capacity_mape_removed"] == pytest.approx(50)
-    assert table.loc[("half", "Average"), "height_mape_removed"] == pytest.approx(-200)
-    assert table.loc[("half", "cereal box"), "filling_type_mpf1_removed"] == 0
-    assert table.loc[("filling", "cereal box"), "filling_type_mpf1_removed"] == pytest.approx(100)
-    assert math.isnan(table.loc[("filling", "red cup"), "width_top_mape_removed"])
+    table = attributed(estimates, {"as it is": estimates, "half": half}, annotation)
+    assert list(dict.fromkeys(table.index.get_level_values("stage"))) == ["half", "filling"]
+    assert len(table) == 2 * 4 * 7
+    cup = table.loc[("half", "red cup", "capacity_mape")]
+    assert cup[["before", "after", "gone", "share"]].tolist() == pytest.approx([50, 25, 25, 50])
+    assert cup[["low", "high", "share_low", "share_high"]].tolist() == pytest.approx([25, 25, 50, 50])
+    grown = table.loc[("half", "Average", "height_mape")]
+    assert grown[["before", "after", "gone"]].tolist() == pytest.approx([20, 60, -40])
+    assert grown[["share", "share_high"]].tolist() == [0, 0]  # clipped: nothing of it went away
+    assert table.loc[("half", "cereal box", "filling_type_mpf1"), "gone"] == 0
+    assert table.loc[("filling", "cereal box", "filling_type_mpf1"), "share"] == pytest.approx(100)
+    small = table.loc[("filling", "red cup", "width_top_mape")]  # nothing was wrong
+    assert (small["gone"], pd.isna(small["share"])) == (0, True)
+
+
+def test_a_difference_of_containers_that_were_filmed_once_has_an_interval(annotation, estimates):
+    rows = estimates.iloc[:3].assign(capacity_ml=lambda table: table["capacity_ml"] * [1.0, 1.2, 1.4])
+    table = attributed(rows, {"masks": rows.assign(capacity_ml=rows["capacity_ml"] / 1.2)}, annotation)
+    assert pd.isna(table.loc[("masks", "red cup", "capacity_mape"), "low"])
+    average = table.loc[("masks", "Average", "capacity_mape")]
+    assert average["low"] < average["gone"] < average["high"]
+
+
+def test_a_sentence_per_stage_tells_shares_with_intervals_and_small_errors_in_percent_only(annotation, estimates):
+    better = estimates.assign(capacity_ml=estimates["capacity_ml"] / 1.5, height_mm=estimates["height_mm"] * 0.5)
+    estimates["width_top_mm"] *= 1.03
+    said = stage_sentences(attributed(estimates, {"masks": better}, annotation).reset_index())
+    assert list(said) == ["masks", "filling"]
+    assert said["masks"] == (
+        "With the true masks in all frames the error of capacity falls from 50.0 to 0.0 % (100 % less), that of top "
+        "width from 3.0 to 0.0 %; the error of height grows from 20.0 to 60.0 %; nothing changes for filling level "
+        "(100 − MPF1), filling type (100 − MPF1), bottom width and mass."
+    )
+    assert "the error of filling type (100 − MPF1) falls from" in said["filling"]
+    assert "_" not in "".join(said.values())
+
+
+def test_what_goes_away_is_told_in_a_few_signs():
+    row = {"gone": 12.0, "share": 57.6}
+    assert gone_text(row) == "58 %"
+    assert gone_text({"gone": -700.0, "share": 0.0}) == "+700.0"
+    assert gone_text({"gone": 1.26, "share": math.nan}) == "−1.3"
+    assert gone_text({"gone": 0.01, "share": 0.1}) == "0"
 
 
 def test_ablation_by_hand(annotation, estimates):

@@ -18,7 +18,7 @@ POINTS = pd.DataFrame(
 
 
 def test_bars_come_from_above_the_worst_first_and_know_their_container():
-    figure = spread_figure(BARS, None, metric="Capacity", unit="%")
+    figure = spread_figure(BARS, None, metric="Capacity", unit="%", colour="#123456")
     bars, paper = figure.data
     assert bars.customdata == ("flute", "cup")
     assert tuple(bars.y) == (1, 0)
@@ -27,7 +27,7 @@ def test_bars_come_from_above_the_worst_first_and_know_their_container():
 
 
 def test_points_know_their_recording_and_the_failed_ones_stand_out():
-    found = traces(spread_figure(BARS, POINTS, metric="Capacity", unit="%"))
+    found = traces(spread_figure(BARS, POINTS, metric="Capacity", unit="%", colour="#123456"))
     assert found["measured"].customdata == ("000000", "000001", "000002", "000003", "000006")
     np.testing.assert_array_equal(found["measured"].x, [10, -20, 30, 40, 5])
     assert found["failed: training mean"].customdata == ("000005",)
@@ -35,7 +35,7 @@ def test_points_know_their_recording_and_the_failed_ones_stand_out():
 
 
 def test_points_stay_near_their_row_and_few_of_them_have_no_box():
-    figure = spread_figure(BARS, POINTS, metric="Capacity", unit="%")
+    figure = spread_figure(BARS, POINTS, metric="Capacity", unit="%", colour="#123456")
     found = traces(figure)
     assert np.abs(np.array(found["measured"].y[:4]) - 1).max() < 0.5
     assert found["measured"].y[4] == 0

@@ -131,7 +131,7 @@ def test_data_of_cells_vertices_intervals_and_panels():
     assert (row["x_low"], row["x_high"], row["label"]) == (1.0, 4.0, "Height")
     annotation = made_annotation(21)
     errors = error_table(perfect_estimates(annotation), annotation)
-    table = figure_data(errors_figure(errors))
+    table = figure_data(errors_figure(errors, colour="#123456"))
     assert set(table["label"].dropna()) == set(errors.index)
     assert figure_data(go.Figure()).empty
 
@@ -141,7 +141,7 @@ def test_errors_of_every_number_have_a_panel_each_over_the_same_containers():
     estimates = perfect_estimates(annotation)
     estimates["height_mm"] = np.nan
     estimates["capacity_ml"] *= 1.1
-    figure = errors_figure(error_table(estimates, annotation))
+    figure = errors_figure(error_table(estimates, annotation), colour="#123456")
     titles = [note.text for note in figure.layout.annotations]
     assert titles == ["<b>Capacity</b>", "<b>Top width</b>", "<b>Bottom width</b>", "<b>Mass</b>"]
     points = [trace for trace in figure.data if trace.name == "measured" and trace.xaxis == "x"]

@@ -8,10 +8,11 @@ from corsmal.parameters import ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.runs import make_run
 from corsmal.runs import sweep as sweeping
-from corsmal.runs.sweep import Grid, load_sweep, sweep_run
+from corsmal.runs.sweep import Axis, Grid, load_sweep, run_grid, sweep_run
 
 IDS = ("000000", "000001", "000002")
-GRID = Grid(IDS, circumferences=(20, 60), max_differences_mm=(0.0, 0.4, 1.0, 5.0))
+COUNTS, STEPS_MM = Axis("circumferences", (20, 60)), Axis("max_difference_mm", (0.0, 0.4, 1.0, 5.0))
+GRID = Grid(IDS, COUNTS, STEPS_MM)
 SETTINGS = 8
 
 
@@ -22,7 +23,7 @@ def run(dataset, settings, tmp_path_factory):
 
 @pytest.fixture
 def fits(monkeypatch):
-    """The settings that were fitted, not read or measured again."""
+    """The recordings and numbers of circumferences that were fitted, not read or measured again."""
     seen = []
 
     def counting(recording, views, **choices):
@@ -47,6 +48,24 @@ def test_every_setting_measures_what_an_estimate_with_it_would(run, dataset, sto
         assert [row[name] for name in GEOMETRY] == [getattr(alone, name) for name in GEOMETRY]
 
 
+def test_a_fit_of_many_frames_is_swept_over_what_it_depends_on(run, dataset, store):
+    tuned = replace(run, settings=replace(run.settings, shape=replace(ShapeParameters.tuned(), frames=2)))
+    grid = run_grid(tuned, IDS[:1], Axis("frames", (1,)), Axis("wall_mm", (0.0,)))
+    assert (grid.across.values, grid.down.values) == ((1, 2), (0.0, 1.0))  # its own setting is there too
+    for row in sweep_run(tuned, dataset, grid, store=store):
+        shape = replace(tuned.settings.shape, frames=row["frames"], wall_mm=row["wall_mm"])
+        alone = estimate(dataset[row["recording_id"]], shape=shape)
+        assert [row[name] for name in GEOMETRY] == [getattr(alone, name) for name in GEOMETRY]
+
+
+def test_a_parameter_that_does_nothing_is_not_swept(run):
+    lode = replace(run, settings=replace(run.settings, shape=ShapeParameters.lode()))
+    with pytest.raises(ArgumentError, match="does not depend on max_difference_mm; it does on circumferences, points"):
+        run_grid(lode, IDS, COUNTS, STEPS_MM)
+    with pytest.raises(ArgumentError, match="two different parameters"):
+        run_grid(run, IDS, COUNTS, COUNTS)
+
+
 def test_recordings_that_cannot_be_measured_have_no_numbers(run, dataset, store):
     rows = sweep_run(run, dataset, replace(GRID, recordings=("000002",)), store=store)  # without detections
     assert len(rows) == SETTINGS
@@ -54,7 +73,7 @@ def test_recordings_that_cannot_be_measured_have_no_numbers(run, dataset, store)
 
 
 def test_a_hull_is_fitted_once_for_each_number_of_circumferences(run, dataset, store, fits):
-    sweep_run(run, dataset, Grid(IDS[:1], (40, 60), (0.5, 1.0, 5.0)), store=store)
+    sweep_run(run, dataset, Grid(IDS[:1], Axis("circumferences", (40, 60)), STEPS_MM), store=store)
     assert sorted(fits) == [("000000", 40), ("000000", 60)]
 
 
@@ -71,7 +90,7 @@ def test_a_sweep_is_kept_for_its_run_grid_and_version(run, dataset, store, monke
     rows = sweep_run(run, dataset, GRID, store=store)
     assert load_sweep(run, GRID, store=store) == rows
     assert load_sweep(with_shape(run, points=23), GRID, store=store) is None
-    assert load_sweep(run, replace(GRID, circumferences=(20,)), store=store) is None
+    assert load_sweep(run, replace(GRID, across=Axis("circumferences", (20,))), store=store) is None
     monkeypatch.setattr(sweeping, "METHOD_VERSION", sweeping.METHOD_VERSION + 1)
     assert load_sweep(run, GRID, store=store) is None
 
@@ -105,10 +124,10 @@ def test_progress_is_reported_and_stopping_keeps_what_was_done(run, dataset, sto
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"circumferences": ()}, "at least one value"),
-        ({"max_differences_mm": ()}, "at least one value"),
-        ({"circumferences": (1, 20)}, "circumferences must be at least 2"),
-        ({"max_differences_mm": (-0.1,)}, "max_difference_mm must not be negative"),
+        ({"across": replace(COUNTS, values=())}, "at least one"),
+        ({"recordings": ()}, "at least one"),
+        ({"across": replace(COUNTS, values=(1, 20))}, "circumferences must be at least 2"),
+        ({"down": replace(STEPS_MM, values=(-0.1,))}, "max_difference_mm must not be negative"),
     ],
 )
 def test_a_grid_that_cannot_be_is_refused(run, dataset, store, change, said):
