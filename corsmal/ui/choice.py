@@ -40,8 +40,8 @@ class Choice:
         container: names of the containers whose recordings are listed; empty: all. ``filling``, ``level`` and
             ``scenario`` likewise.
         lacks: which recordings are listed by what is on disk, a key of ``recordings.LACKS``.
-        view: what the Evaluation page shows, runs or reproductions; None: runs.
-        run: name of the run that is evaluated; None: the newest.
+        view: what the Evaluation page shows, a run's results, all runs or reproductions; None: results.
+        run: short id of the run that is evaluated, in older addresses its name; None: the newest.
         section: of the Evaluation page; None: the first. What follows is chosen in its sections:
         protocol: which numbers of networks count.
         metric: whose errors are shown.

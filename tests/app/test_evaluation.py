@@ -1,5 +1,6 @@
 """The Evaluation page: run, judge, click through to the recording."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from corsmal.stages.estimates import Predictors
 from corsmal.stages.settings import DetectorSettings, EstimateSettings, default_settings
 from corsmal.ui import shared
 from corsmal.ui.evaluation.report import _made
-from tests.app.driver import Visitor
+from tests.app.driver import Visitor, seen
 from tests.fakes import FakeDetector, FakeFilling, FakeMass
 
 PAGE = "pages/evaluation.py"
@@ -70,10 +71,11 @@ def recorded(
     )
 
 
-def opened(root: object, section: str | None = None) -> Visitor:
+def opened(root: object, section: str = "Containers") -> Visitor:
+    """The page with a section of it; without a run there is none."""
     visitor = Visitor(root)
     visitor.test.switch_page(PAGE).run()
-    if section is not None:
+    with suppress(StopIteration):
         visitor.choose("section_control", section)
     return visitor
 
@@ -107,6 +109,8 @@ def test_without_a_run_the_page_says_what_one_is_and_makes_it(dataset: Dataset) 
     visitor.test.run()
     [kept] = list_runs(store=shared.store(), dataset=dataset.root)
     assert (kept.name, kept.is_complete, kept.settings.shape) == ("paper", True, ShapeParameters.paper())
+    assert "summary" in visitor.plots
+    visitor.choose("section_control", "Containers")
     assert len(table(visitor)) == 3 + 1
     assert "parameters: paper (L 145, d_max 1 mm)" in visitor.sentences
     assert visitor.crashes == visitor.errors == []
@@ -134,6 +138,8 @@ def test_a_click_on_a_number_lists_its_recordings_and_a_click_there_opens_one(
 ) -> None:
     visitor = opened(dataset.root)
     visitor.choose("protocol_control", "in-sample")  # the fake networks are of unknown origin
+    assert not [name for name in table(visitor) if name.startswith("difference")]
+    visitor.choose("table_side", "difference")
     row = 1  # of the small white cup, which has no detections and so gets the mean
     assert table(visitor)["container"].iloc[row] == "small white cup"
     select(visitor, 0, cell=(row, column))
@@ -157,7 +163,8 @@ def test_the_recording_opens_with_the_runs_parameters_pair_and_frame(dataset: Da
         "frame": str(frame),
         "pair": pair,
         "estimate": "shown",
-        "run": "own",
+        "run": run.short_id,
+        "section": "Containers",
     }
     assert visitor.metrics["Capacity"] == f"{run.rows[0]['capacity_ml']:.0f} mL"
 
@@ -241,6 +248,7 @@ def test_in_sample_numbers_are_shown_when_wanted_and_stamped(run: Run, dataset: 
 def test_table_2_has_a_column_group_per_protocol_and_everything_beside_a_number(dataset: Dataset) -> None:
     visitor = opened(dataset.root)
     visitor.choose("more held-out", ["in-sample"])
+    visitor.choose("table_side", "difference")
     shown = table(visitor)
     assert "in-sample: mass_mape" in shown
     assert "in-sample: difference mass_mape" in shown
@@ -278,17 +286,21 @@ def test_two_runs_are_compared(dataset: Dataset) -> None:
 
 
 @pytest.mark.usefixtures("run")
-def test_attribution_replaces_what_the_annotation_knows(dataset: Dataset) -> None:
+def test_attribution_is_told_in_a_sentence_per_stage(dataset: Dataset) -> None:
     visitor = opened(dataset.root, "Attribution")
     assert "known only for synthetic recordings" in visitor.sentences
     visitor.press("Attribute errors to stages")
     visitor.wait_for(no_job)
     visitor.test.run()
+    told = next(seen(text.value) for text in visitor.test.markdown if "Dimensions" in text.value)
+    assert "With the annotated capacity, widths and height " in told
+    assert "With the annotated filling " in told
     shown = table(visitor)
-    assert list(dict.fromkeys(shown["stage"])) == ["as it is", "dimensions", "filling"]
-    average = shown[(shown["container"] == "Average") & (shown["stage"] == "dimensions")].iloc[0]
-    assert average["capacity_mape"] == 0
-    assert average["capacity_mape_removed"] == 100
+    assert not [name for name in shown if "_" in name]
+    average = shown[(shown["Container"] == "Average") & (shown["Error of"] == "Capacity")].set_index("Stage replaced")
+    assert list(average.index) == ["Dimensions", "Filling"]
+    assert average.loc["Dimensions", "With the truth (%)"] == 0
+    assert shown["Share (%)"].dropna().between(0, 100).all()
     assert visitor.crashes == visitor.errors == []
 
 
@@ -307,42 +319,57 @@ def test_a_cell_of_the_sweep_takes_its_setting_to_the_shape_page(dataset: Datase
     visitor = opened(dataset.root, "Sweep")
     sweep(visitor)
     cells = visitor.plots["sweep"]["figure"]["data"][0]
-    assert cells["customdata"][1][0] == [40, 1.0, 0, 2]
+    assert cells["customdata"][1][0][:4] == [40, 1.0, 0, 2]
     visitor.report("sweep", click={"curve": 0, "x": 0, "y": 1, "customdata": [40, 0.5, 0, 2]})
     assert title(visitor) == "Shape"
     assert (visitor.address["L"], visitor.address["dmax"]) == ("40", "0.5")
 
 
 def sweep(visitor: Visitor) -> None:
-    visitor.test.multiselect(key="sweep_circumferences").set_value([40, 70]).run()
-    visitor.test.multiselect(key="sweep_max_differences").set_value([0.5, 1.0]).run()
+    narrow(visitor)
     visitor.press("Sweep 4 settings over 2 recordings")
     visitor.wait_for(no_job)
     visitor.test.run()
 
 
-@pytest.mark.usefixtures("run")
-def test_a_sweep_belongs_to_its_run_and_outlives_the_session(dataset: Dataset) -> None:
-    recorded(dataset, "other", ShapeParameters(points=9))
+def narrow(visitor: Visitor) -> None:
+    """Two values of each parameter, the run's own among them."""
+    own = next(str(each.key) for each in visitor.test.multiselect if str(each.key).startswith("sweep_circumferences"))
+    visitor.test.multiselect(key=own).set_value([40, 145]).run()
+    visitor.test.multiselect(key=own.replace("circumferences", "max_difference_mm")).set_value([0.5, 1.0]).run()
+
+
+def test_a_sweep_belongs_to_its_run_and_outlives_the_session(dataset: Dataset, run: Run) -> None:
+    other = recorded(dataset, "other", ShapeParameters(points=9))
     visitor = opened(dataset.root, "Sweep")
-    assert visitor.test.selectbox(key="run_picker").value == "other"
+    assert visitor.test.selectbox(key="run_picker").value == other.short_id
     sweep(visitor)
     assert "sweep" in visitor.plots
-    visitor.test.selectbox(key="run_picker").set_value("first").run()
+    visitor.test.selectbox(key="run_picker").set_value(run.short_id).run()
     assert "sweep" not in visitor.plots
-    assert "Sweep 4 settings over 2 recordings" in visitor.buttons
     later = opened(dataset.root, "Sweep")
-    later.test.multiselect(key="sweep_circumferences").set_value([40, 70]).run()
-    later.test.multiselect(key="sweep_max_differences").set_value([0.5, 1.0]).run()
+    narrow(later)
     later.report("sweep", click={"curve": 0, "x": 0, "y": 1, "customdata": [40, 0.5, 0, 2]})
     assert title(later) == "Shape"
     assert later.address["N"] == "9"
 
 
+def test_a_sweep_offers_only_what_the_runs_preset_uses(dataset: Dataset) -> None:
+    recorded(dataset, "tuned", ShapeParameters.tuned())
+    visitor = opened(dataset.root, "Sweep")
+    assert visitor.widget("sweep_across tuned").options == [
+        "Expected tilt (°)",
+        "Wall (mm)",
+        "Frames fitted",
+        "L, circumferences",
+    ]
+    assert not {"d_max (mm)", "Expected tilt (°)"} & set(visitor.widget("sweep_down tuned").options)
+
+
 def test_an_incomplete_run_can_be_resumed(dataset: Dataset) -> None:
     recorded(dataset, "half", stop_after=1)
     visitor = opened(dataset.root)
-    assert visitor.warnings == ["This run is incomplete: 1 of 3 recordings are estimated."]
+    assert visitor.warnings == ["**Partial results**: this run is incomplete, 1 of 3 recordings are estimated."]
     visitor.press("Resume")
     visitor.wait_for(no_job)
     visitor.test.run()
@@ -371,26 +398,26 @@ def test_resuming_and_updating_detect_with_the_runs_detector(
 
 
 @pytest.mark.usefixtures("run")
-def test_a_taken_name_is_said(dataset: Dataset) -> None:
+def test_a_bad_name_is_said_before_a_run_begins(dataset: Dataset) -> None:
     visitor = opened(dataset.root)
     visitor.choose("run_preset", "lode")
-    visitor.test.text_input(key="run_name lode 1").set_value("first").run()
-    visitor.press("Run")
-    visitor.wait_for(no_job)
-    visitor.test.run()
-    assert "'first' is taken by a run with other settings" in visitor.errors[0]
+    for name, said in (("first", "the name 'first' is taken"), ("<b>", "begins with a letter"), (" ", "needs a name")):
+        visitor.test.text_input(key="run_name lode 1").set_value(name).run()
+        visitor.press("Run")
+        assert said in visitor.errors[0]
+    assert [run.name for run in list_runs(store=shared.store())] == ["first"]
 
 
 @pytest.mark.usefixtures("run")
-def test_a_deleted_run_leaves_the_page_as_it_began(dataset: Dataset) -> None:
+def test_a_deleted_run_leaves_the_page_as_it_began_and_comes_back(dataset: Dataset) -> None:
     visitor = opened(dataset.root)
-    visitor.press("Delete …")
-    visitor.press("Keep")
-    assert visitor.test.selectbox(key="run_picker").value is not None
-    visitor.press("Delete …")
     visitor.press("Delete")
     assert "There is no run on this dataset yet" in visitor.sentences
     assert list_runs(store=shared.store()) == []
+    visitor.press("Undo")
+    assert [run.name for run in list_runs(store=shared.store())] == ["first"]
+    assert len(table(visitor)) == 3 + 1
+    assert visitor.crashes == visitor.errors == []
 
 
 def test_without_annotation_the_estimates_are_still_shown(root: Path) -> None:

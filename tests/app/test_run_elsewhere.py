@@ -60,7 +60,7 @@ def test_begun_with_dask_stopped_resumed_in_the_app_and_exported_it_is_one_run(r
     visitor = Visitor(root)
     visitor.test.switch_page("pages/evaluation.py").run()
     assert visitor.warnings == [
-        f"This run is incomplete: {len(stopped.rows)} of {RECORDINGS} recordings are estimated."
+        f"**Partial results**: this run is incomplete, {len(stopped.rows)} of {RECORDINGS} recordings are estimated."
     ]
     visitor.press("Resume")
     wait_for(lambda: not any(job.active for job in shared.jobs()._jobs.values()), seconds=300)

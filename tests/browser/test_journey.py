@@ -58,12 +58,30 @@ def pin(page: Page, label: str, title: str) -> None:
 def from_a_number_to_its_recording(page: Page) -> None:
     """From a number of Table 2 to the recordings behind it, and to the page where one of them is looked at."""
     main = page.get_by_test_id("stMain")
+    main.get_by_text("Containers", exact=True).click(timeout=DEMO_MS)
     tables = main.get_by_test_id("stDataFrame")
-    expect(tables.first).to_be_visible(timeout=DEMO_MS)
+    expect(main.get_by_text("Beside each number")).to_be_visible(timeout=DEMO_MS)
     press_cell(tables.first, column_share=0.6)
     expect(main.get_by_role("heading", name=re.compile(": 1 recording$"))).to_be_visible()
     press_cell(tables.nth(1), column_share=0.4)
     expect(page.get_by_role("heading", name=re.compile("^(Shape|Mass|Filling)$"))).to_be_visible()
+
+
+def from_the_worst_recording_to_its_page(page: Page) -> None:
+    """From the summary's worst recording to the panel beside it, and from there to the page of its fit."""
+    main = page.get_by_test_id("stMain")
+    plot(page, re.compile("^All metrics by container"))
+    worst = main.get_by_test_id("stDataFrame").first
+    press_cell(worst, column_share=0.3)
+    heading = main.get_by_role("heading", name=re.compile(r"^Recording \d+$"))
+    expect(heading).to_be_visible()
+    expect(heading).to_be_in_viewport()
+    panel, table = heading.bounding_box(), worst.bounding_box()
+    assert panel is not None
+    assert table is not None
+    assert panel["x"] >= table["x"] + table["width"]  # beside, not below
+    press(page, "Shape")
+    expect(page.get_by_role("heading", name="Shape", exact=True)).to_be_visible()
 
 
 def the_report_opens_without_a_network(report: Path, chromium: Browser) -> None:
@@ -156,7 +174,7 @@ def test_from_the_first_start_by_playing_to_the_worst_recording_and_back(page: P
     expect(line.get_by_role("img", name=f"view3, frame {frame}")).to_be_visible()
 
     turn_to(page, "Evaluation")
-    from_a_number_to_its_recording(page)
+    from_the_worst_recording_to_its_page(page)
     page.wait_for_url(re.compile(r"[?&]recording="))
     worst = re.findall(r"[?&]recording=(\d+)", page.url)[0]
     turn_to(page, "Overview")

@@ -4,7 +4,7 @@ import streamlit as st
 
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.figures.evaluation import comparison_figure
-from corsmal.runs.run import Run
+from corsmal.runs.run import Run, named_run
 from corsmal.ui import session
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged, runs
@@ -17,7 +17,7 @@ THRESHOLD_PERCENT = 20.0
 def comparison_section(judged: Judged) -> None:
     """The chosen run against an earlier one."""
     run = judged.run
-    others = {other.name: other for other in runs(judged.dataset) if other.name != run.name and other.rows}
+    others = {other.short_id: other for other in runs(judged.dataset) if other.id != run.id and other.rows}
     if not others:
         st.info(
             "There is one run on this dataset. Make a second one with other parameters or weights (*New run*, above), "
@@ -25,17 +25,17 @@ def comparison_section(judged: Judged) -> None:
             icon=":material/compare_arrows:",
         )
         return
-    session.keep_among("against", others)
-    wanted, state = session.choice().against, st.session_state
-    state["comparison_other"] = name = wanted if wanted in others else next(iter(others))
+    session.keep_among("against", [*others, *(other.name for other in others.values())])
+    state = st.session_state
+    first = named_run(others.values(), session.choice().against) or next(iter(others.values()))
+    state["comparison_other"] = first.short_id
     st.selectbox(
         f"Is {run.name} better than",
         list(others),
         key="comparison_other",
-        format_func=lambda each: f"{each} ?",
+        format_func=lambda each: f"{others[each].name} ?",
         on_change=lambda: session.choose(against=state["comparison_other"]),
     )
-    first = others[name]
     table = judged.compared_with(first)
     metrics = list(dict.fromkeys(table["metric"]))
     click = plot_event("comparison").click

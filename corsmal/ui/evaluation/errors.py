@@ -7,10 +7,12 @@ from corsmal.evaluation import METRICS, confusion_tables, container_table, metri
 from corsmal.evaluation.metrics import CLASS_NAMES, NO_ESTIMATE
 from corsmal.figures.evaluation import spread_figure
 from corsmal.figures.heatmaps import confusion_figure
+from corsmal.figures.style import run_colour
 from corsmal.quantities import BY_NAME
 from corsmal.ui.evaluation.downloads import pin_figure
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
-from corsmal.ui.evaluation.links import FOCUS, Focus, beside_list, focus_container, open_recording
+from corsmal.ui.evaluation.links import open_recording
+from corsmal.ui.evaluation.panel import FOCUS, Focus, beside_panel, focus_container
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.one_of import one_of
 
@@ -38,8 +40,8 @@ def spread_section(judged: Judged) -> None:
     bars = _bars(container_table(errors), metric)
     points = None if is_class else errors[["container", "failed"]].assign(error=errors[METRICS[metric]])
     measured = f"{METRIC_NAMES[metric]}, {'MPF1' if is_class else 'MAPE'}"
-    figure = spread_figure(bars, points, metric=measured, unit="%")
-    with beside_list(judged, section=SPREAD):
+    figure = spread_figure(bars, points, metric=measured, unit="%", colour=run_colour(run.preset))
+    with beside_panel(judged, section=SPREAD):
         linked_plot(
             figure,
             key="spread",
@@ -77,7 +79,7 @@ def confusion_section(judged: Judged) -> None:
             )
             title = f"{kind}, {click.y} taken for {click.x}"
             st.session_state[FOCUS] = Focus(CONFUSION, title, BY_NAME[quantity].metric, tuple(behind.index))
-    with beside_list(judged, section=CONFUSION):
+    with beside_panel(judged, section=CONFUSION):
         figure = confusion_figure(tables)
         linked_plot(
             figure,

@@ -1,8 +1,10 @@
 """Runs as a session judges them, and what is computed from that, cached."""
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,19 +12,25 @@ import streamlit as st
 
 from corsmal.dataset import Dataset
 from corsmal.evaluation import (
+    attribution_table,
     cell_table,
     challenge_scores,
     changed_sides,
     compare_runs,
+    container_table,
     error_table,
     find_split,
     submission_table,
+    sweep_table,
 )
 from corsmal.evaluation.challenge import Absent
 from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.splits import FoundSplit, Split
+from corsmal.evaluation.summary import Headline, summary
 from corsmal.quantities import QUANTITIES
-from corsmal.runs.run import KIND, Run, list_runs
+from corsmal.runs.keeping import DELETED, DeletedRun, deleted_runs
+from corsmal.runs.run import KIND, LABELS, Run, list_runs
+from corsmal.runs.sweep import Grid
 from corsmal.ui import shared
 from corsmal.ui.caching import by_key, cached
 
@@ -59,12 +67,12 @@ class Judged:
         """Which of the challenge's sets the dataset is."""
         return find_split(self.dataset.table, name=self.dataset.name)
 
-    @cached(8)
+    @cached(32)
     def errors(self) -> pd.DataFrame:
         """The error table."""
         return error_table(self.run.table, self.dataset.table, protocol=self.protocol)
 
-    @cached(8)
+    @cached(32)
     def cells(self) -> pd.DataFrame:
         """Table 2 cell by cell."""
         return cell_table(self.errors(), rng=np.random.default_rng(RESAMPLES_SEED))
@@ -83,6 +91,24 @@ class Judged:
         """Paired differences of an earlier run and this one, see ``compare_runs``."""
         return compare_runs(self._first(first).errors(), self.errors(), rng=np.random.default_rng(RESAMPLES_SEED))
 
+    @cached(8, key=lambda judged, _replaced: by_key(judged), spinner="Computing intervals")
+    def attributed(self, replaced: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+        """What goes away with each stage replaced by the truth, see ``attribution_table``."""
+        rng = np.random.default_rng(RESAMPLES_SEED)
+        return attribution_table(self.run.table, replaced, self.dataset.table, rng=rng, protocol=self.protocol)
+
+    @cached(8, key=lambda judged, grid, _rows: by_key(judged, grid))
+    def swept(self, grid: Grid, rows: list[dict[str, Any]]) -> pd.DataFrame:
+        """Errors over a grid of settings beside those with the run's own, see ``sweep_table``."""
+        own = {axis.name: getattr(self.run.settings.shape, axis.name) for axis in (grid.across, grid.down)}
+        rng = np.random.default_rng(RESAMPLES_SEED)
+        return sweep_table(pd.DataFrame(rows), self.dataset.table, reference=own, rng=rng)
+
+    @cached(8)
+    def summary(self) -> tuple[Headline, ...]:
+        """The run in a few numbers."""
+        return summary(self.errors(), self.cells(), estimates=self.run.table, annotation=self.dataset.table)
+
     def changed_from(self, first: Run, *, threshold_percent: float) -> pd.DataFrame:
         """The recordings that changed sides since an earlier run, see ``changed_sides``."""
         return changed_sides(self._first(first).errors(), self.errors(), threshold_percent=threshold_percent)
@@ -90,17 +116,40 @@ class Judged:
 
 def runs(dataset: Dataset) -> list[Run]:
     """The runs on a dataset, made here or by command, the newest first."""
+    return _runs(str(dataset.root), file_times(KIND, LABELS))
+
+
+def file_times(*kinds: str) -> list[tuple[str, int]]:
+    """What tells whether kept results of some kinds changed: the times of their files."""
     store, times = shared.store(), []
-    for key in store.keys(KIND):
-        with suppress(FileNotFoundError):  # deleted by another session
-            times.append((key, store.file(KIND, key, ".json").stat().st_mtime_ns))
-    return _runs(str(dataset.root), times)
+    for kind in kinds:
+        for key in store.keys(kind):
+            with suppress(FileNotFoundError):  # deleted by another session
+                times.append((key, store.file(kind, key, ".json").stat().st_mtime_ns))
+    return times
 
 
 @cached(8, key=lambda root, times: (str(shared.store().root), root, times))
 def _runs(root: str, times: list[tuple[str, int]]) -> list[Run]:
     del times
     return list_runs(store=shared.store(), dataset=root)
+
+
+def deleted(dataset: Dataset) -> list[DeletedRun]:
+    """The runs on a dataset that can be brought back, the last deleted first."""
+    return _deleted(str(dataset.root), file_times(DELETED, LABELS))
+
+
+@cached(8, key=lambda root, times: (str(shared.store().root), root, times))
+def _deleted(root: str, times: list[tuple[str, int]]) -> list[DeletedRun]:
+    del times
+    return deleted_runs(store=shared.store(), dataset=root)
+
+
+@cached(64)
+def averages(judged: Judged) -> pd.Series:
+    """The last row of Table 2, without intervals."""
+    return container_table(judged.errors()).iloc[-1]
 
 
 def has_truth(dataset: Dataset) -> bool:

@@ -1,14 +1,11 @@
-"""From a number to the recordings behind it, and from a recording to the page of the stage that it came from."""
+"""Tables of recordings, and the way from a recording to the page of the stage that a number came from."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 import streamlit as st
 
-from corsmal.evaluation import METRICS, recordings_behind
+from corsmal.evaluation import METRICS
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.parameters import PAIRS
 from corsmal.quantities import BY_METRIC, QUANTITIES
@@ -16,9 +13,7 @@ from corsmal.runs.run import Run
 from corsmal.ui import session
 from corsmal.ui.choice import OF_RECORDING, estimate_of
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
-from corsmal.ui.messages import plain
 
-FOCUS = "evaluation_focus"
 STAGE_PAGES = {quantity.metric: quantity.stage for quantity in QUANTITIES} | {"failures": "frames"}
 """The page of the stage that a number comes from."""
 
@@ -28,68 +23,6 @@ COLUMNS = {
     "annotated": st.column_config.NumberColumn(format="%.1f"),
     "notes": st.column_config.TextColumn(width="large"),
 }
-
-
-@dataclass(frozen=True)
-class Focus:
-    """The number that was clicked, and what it is made from.
-
-    Args:
-        section: where it was clicked.
-        title: what it is, for people.
-        metric: a key of ``METRIC_NAMES``, or ``failures``.
-        recordings: ids, in the order in which they are listed.
-    """
-
-    section: str
-    title: str
-    metric: str
-    recordings: tuple[str, ...]
-
-
-def focus_container(errors: pd.DataFrame, *, section: str, metric: str, container: str | None) -> None:
-    """Look at the recordings behind a metric of one container, or of all."""
-    rows = errors if container is None else errors[errors["container"] == container]
-    behind = recordings_behind(rows, metric)
-    what = "Failures" if metric == "failures" else METRIC_NAMES[metric]
-    title = f"{what}, {container or 'all containers'}"
-    st.session_state[FOCUS] = Focus(section, title, metric, tuple(behind.index))
-
-
-@contextmanager
-def beside_list(judged: Judged, *, section: str) -> Iterator[None]:
-    """Draw what is clicked on, and beside it, on a narrow page below it, the recordings behind the number clicked.
-
-    Args:
-        judged: whose numbers they are.
-        section: in which the click is.
-    """
-    place = st.container(key=f"beside_{section}")
-    found: Focus | None = st.session_state.get(FOCUS)
-    if found is None or found.section != section:
-        with place:
-            yield
-        return
-    left, right = place.columns([11, 9], gap="medium")
-    with left:
-        yield
-    with right:
-        _recordings_list(judged, found)
-
-
-def _recordings_list(judged: Judged, found: Focus) -> None:
-    """The recordings behind the number that was clicked; a click on one opens it."""
-    errors = judged.errors()
-    ids = [name for name in found.recordings if name in errors.index]
-    page = STAGE_PAGES[found.metric]
-    st.subheader(f"{plain(found.title)}: {len(ids)} recording{'' if len(ids) == 1 else 's'}")
-    if not ids:
-        st.caption("None.")
-        return
-    where = "the page where it failed" if found.metric == "failures" else f"the *{page.capitalize()}* page"
-    st.caption(f"The worst first. Click a row to open the recording on {where}, with this run's parameters.")
-    shown = behind_table(judged, errors.loc[ids], metric=found.metric)
-    clicked_row(shown, run=judged.run, metric=found.metric, key=f"behind {found.section} {found.title}")
 
 
 def clicked_row(table: pd.DataFrame, *, run: Run, metric: str | list[str], key: str, height: int | None = None) -> None:
@@ -145,8 +78,8 @@ def behind_table(judged: Judged, errors: pd.DataFrame, *, metric: str) -> pd.Dat
     return pd.DataFrame(columns | {"notes": errors["notes"]}, index=errors.index.rename("recording"))
 
 
-def open_recording(run: Run, recording: str, *, metric: str) -> None:
-    """Go to the page of the stage that a number comes from, with the run's parameters, frame and pair."""
+def open_recording(run: Run, recording: str, *, metric: str, page: str | None = None) -> None:
+    """Go to a page, by default that of a metric's stage, with the run's parameters, frame and pair."""
     row = next((row for row in run.rows if row["recording_id"] == recording), {})
     pair = tuple(str(row.get("pair") or "").split(" + "))
     shape = run.settings.shape
@@ -156,7 +89,7 @@ def open_recording(run: Run, recording: str, *, metric: str) -> None:
         estimate=estimate_of(shape),
         **OF_RECORDING | {"frame": row.get("best_frame"), "pair": pair if pair in PAIRS else None},
     )
-    page = STAGE_PAGES[metric] if metric != "failures" else _failed_stage(row)
+    page = page or (STAGE_PAGES[metric] if metric != "failures" else _failed_stage(row))
     st.switch_page(f"pages/{page}.py")
 
 

@@ -23,9 +23,9 @@ from corsmal.runs.reproduction_settings import (
     plan,
 )
 from corsmal.ui import shared
-from corsmal.ui.evaluation.runs import detector_settings
+from corsmal.ui.evaluation.new_run import detector_settings
 from corsmal.ui.folders import allowed_folder
-from corsmal.ui.jobs import Job
+from corsmal.ui.job import Job
 from corsmal.ui.messages import guarded
 from corsmal.ui.one_of import one_of
 

@@ -17,7 +17,7 @@ from corsmal.ui import shared
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.evaluation.judged import Judged, runs
 from corsmal.ui.following import follow
-from corsmal.ui.jobs import Job, Priority
+from corsmal.ui.job import Job, Priority
 from corsmal.ui.messages import plain
 from corsmal.ui.pins.pinning import collection
 

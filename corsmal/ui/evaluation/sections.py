@@ -14,12 +14,14 @@ from corsmal.ui.evaluation.errors import confusion_section, spread_section
 from corsmal.ui.evaluation.judged import Judged
 from corsmal.ui.evaluation.leaderboard import leaderboard_section
 from corsmal.ui.evaluation.report import report_section
+from corsmal.ui.evaluation.summary import summary_section
 from corsmal.ui.evaluation.sweep import sweep_section
 from corsmal.ui.evaluation.tables import container_section, rows_section
 from corsmal.ui.messages import guarded
 from corsmal.ui.one_of import one_of
 
 SECTIONS = {
+    "Summary": summary_section,
     "Containers": container_section,
     "Errors": spread_section,
     "Confusion": confusion_section,
@@ -37,7 +39,7 @@ def section_control() -> str:
     return one_of("", {name: name for name in SECTIONS}, key="section_control", field="section")
 
 
-def _protocol_control() -> Protocol:
+def protocol_control() -> Protocol:
     """Choose which numbers count, and say so where some are in-sample."""
     help_text = "Filling and mass come from networks. " + " ".join(STAMPS.values())
     protocol = one_of("Numbers that count", TITLES, key="protocol_control", help_text=help_text, field="protocol")
@@ -50,6 +52,6 @@ def _protocol_control() -> Protocol:
 @guarded()
 def show_section(name: str, run: Run, dataset: Dataset) -> None:
     """Draw one section."""
-    judged = Judged(run, dataset, _protocol_control())
+    judged = Judged(run, dataset, protocol_control())
     notes(judged.errors().attrs.get("notes", ()))
     SECTIONS[name](judged)

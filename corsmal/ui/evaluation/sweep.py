@@ -1,51 +1,50 @@
-"""The error of capacity and dimensions over a grid of L and d_max."""
+"""The error of capacity and dimensions over a grid of two parameters that the run's fit depends on."""
 
-from dataclasses import replace
+from typing import Any
 
-import pandas as pd
 import streamlit as st
 
-from corsmal.dataset import Dataset
-from corsmal.evaluation import sweep_table
-from corsmal.evaluation.sweep import MEASURED
+from corsmal.evaluation.bootstrap import RESAMPLES
+from corsmal.evaluation.sweep import MEAN, MEASURED
 from corsmal.figures.heatmaps import sweep_figure
 from corsmal.runs.run import Run
-from corsmal.runs.sweep import SETTINGS, Grid, load_sweep, sweep_run
+from corsmal.runs.sweep import OFFERED, Axis, Grid, load_sweep, run_grid, sweep_run, with_setting
 from corsmal.ui import session, shared
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
+from corsmal.ui.evaluation.parameter_names import parameter_label
 from corsmal.ui.folders import READ_ONLY, is_read_only
 from corsmal.ui.following import follow
-from corsmal.ui.jobs import Job, Priority
+from corsmal.ui.job import Job, Priority
 from corsmal.ui.linked_plot import linked_plot, plot_event
 from corsmal.ui.one_of import one_of
 
-CIRCUMFERENCES = (40, 70, 100, 145, 180, 220, 260, 320, 400, 500)
-MAX_DIFFERENCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
 RECORDINGS_MAX = 30
 
 
 def sweep_section(judged: Judged) -> None:
     """A heat map of errors over settings; a click on a cell takes the setting to the Shape page."""
-    run, dataset, ids = judged.run, judged.dataset, _chosen_ids(judged)
-    left, right = st.columns(2)
-    counts = left.multiselect("L, circumferences", CIRCUMFERENCES, CIRCUMFERENCES, key="sweep_circumferences")
-    steps_mm = right.multiselect("d_max (mm)", MAX_DIFFERENCES_MM, MAX_DIFFERENCES_MM, key="sweep_max_differences")
+    run, dataset = judged.run, judged.dataset
+    if not run.is_complete:
+        st.info("This run is incomplete. A sweep can be made once all recordings are estimated.")
+        return
+    ids = _chosen_ids(judged)
+    axes = _axes(run)
     key = f"sweep {run.key}"
     if follow(key):
         return
-    if not (ids and len(counts) > 1 and len(steps_mm) > 1):
+    if not ids or any(len(axis.values) < 2 for axis in axes):
         st.caption("Choose at least one recording and two values of each parameter.")
         return
-    grid = Grid(tuple(ids), tuple(sorted(counts)), tuple(sorted(steps_mm)))
+    grid = run_grid(run, ids, *axes)
     rows = load_sweep(run, grid, store=shared.store())
     if rows is not None:
-        _heat_map(pd.DataFrame(rows), dataset, run)
+        _heat_map(rows, judged, grid)
         return
     if is_read_only():
         st.caption(f":material/lock: These settings were not swept. {READ_ONLY}")
         return
-    label = f"Sweep {len(counts) * len(steps_mm)} settings over {len(ids)} recordings"
+    label = f"Sweep {len(grid.settings)} settings over {len(ids)} recordings"
     if st.button(label, type="primary", icon=":material/grid_on:", key="start_sweep"):
         store = shared.store()
 
@@ -70,35 +69,53 @@ def _chosen_ids(judged: Judged) -> list[str]:
         "Recordings",
         measured,
         measured[:: -(-len(measured) // RECORDINGS_MAX)] if measured else [],
-        key=f"sweep_recordings {judged.run.name}",
+        key=f"sweep_recordings {judged.run.id}",
         help=f"At first up to {RECORDINGS_MAX} of those that were fitted, spread over the run.",
     )
 
 
-def _heat_map(rows: pd.DataFrame, dataset: Dataset, run: Run) -> None:
-    table = sweep_table(rows, dataset.table, settings=SETTINGS)
-    table["mean_mape"] = table[list(MEASURED.values())].mean(axis=1)
-    names = {"mean_mape": "Mean of the four"} | {metric: METRIC_NAMES[metric] for metric in MEASURED.values()}
+def _axes(run: Run) -> tuple[Axis, Axis]:
+    """Two parameters of those that the run's fit depends on, and their values."""
+    varied, preset = run.settings.shape.varied, run.preset
+    columns = st.columns(2)
+    axes: list[Axis] = []
+    for column, what in zip(columns, ("across", "down"), strict=True):
+        names = {name: parameter_label(name) for name in varied if name not in {axis.name for axis in axes}}
+        with column:
+            name = one_of(f"Parameter {what}", names, key=f"sweep_{what} {preset}")
+            values = sorted({*OFFERED[name], getattr(run.settings.shape, name)})
+            chosen = st.multiselect("Values", values, values, format_func="{:g}".format, key=f"sweep_{name} {preset}")
+        axes.append(Axis(name, tuple(sorted(chosen))))
+    st.caption(
+        f"The parameters that `{preset}` uses; the others would change nothing. Its own values are always tried."
+    )
+    return axes[0], axes[1]
+
+
+def _heat_map(rows: list[dict[str, Any]], judged: Judged, grid: Grid) -> None:
+    run, axes = judged.run, (grid.across.name, grid.down.name)
+    own = {name: getattr(run.settings.shape, name) for name in axes}
+    table = judged.swept(grid, rows)
+    names = {MEAN: "Mean of the four"} | {metric: METRIC_NAMES[metric] for metric in MEASURED.values()}
     metric = one_of("Error of", names, key="sweep_metric", field="metric")
     click = plot_event("sweep").click
-    if click is not None and isinstance(click.customdata, list) and len(click.customdata) == len(SETTINGS) + 2:
-        count, step_mm = click.customdata[:2]
-        session.choose(shape=replace(run.settings.shape, circumferences=int(count), max_difference_mm=float(step_mm)))
+    if click is not None and isinstance(click.customdata, list) and len(click.customdata) > len(axes):
+        setting = dict(zip(axes, map(float, click.customdata[:2]), strict=True))
+        session.choose(shape=with_setting(run.settings.shape, setting))
         st.switch_page("pages/shape.py")
-    shape = session.choice().shape
+    labels = (parameter_label(axes[0]), parameter_label(axes[1]), names[metric])
     linked_plot(
-        sweep_figure(
-            table, metric=metric, label=names[metric], current=(shape.circumferences, shape.max_difference_mm)
-        ),
+        sweep_figure(table, metric=metric, axes=axes, labels=labels, current=(own[axes[0]], own[axes[1]])),
         key="sweep",
-        label=f"Error of {names[metric]} over L and d_max",
-        height_px=460,
-        revision=metric,
+        label=f"Error of {names[metric]} over {labels[0]} and {labels[1]}",
+        height_px=130 + 34 * len(grid.down.values),
+        revision=f"{metric} {axes}",
     )
     st.caption(
-        f"MAPE in % over {rows['recording_id'].nunique()} recordings; those that cannot be measured with a setting are "
-        "in no mean, hover to see how many. Click a cell to take its setting to the *Shape* page."
+        f"MAPE in % over {len(grid.recordings)} recordings. A cell is coloured where it differs from the "
+        "run's own setting by more than noise, green where it is better: the 95 % interval of the difference excludes "
+        f"0. The interval is that of a paired bootstrap over recordings ({RESAMPLES} draws of those that both settings "
+        "measure). Recordings that cannot be measured with a setting are in no mean; rest the mouse on a cell to see "
+        "how many. Click it to take its setting to the *Shape* page."
     )
-    if run.settings.shape.width_rule == "widest":
-        st.caption(":material/info: This run takes twice the largest radius for a width: d_max has no part in it.")
-    downloads(table, name="sweep")
+    downloads(table.drop(columns=[name for name in table if str(name).endswith(("_low", "_high"))]), name="sweep")

@@ -17,7 +17,8 @@ from corsmal.evaluation.typesetting import TITLES, UNLIKE
 from corsmal.ui import session
 from corsmal.ui.evaluation.downloads import downloads, submission
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
-from corsmal.ui.evaluation.links import beside_list, clicked_row, focus_container
+from corsmal.ui.evaluation.links import clicked_row
+from corsmal.ui.evaluation.panel import beside_panel, focus_container, newly_selected
 from corsmal.ui.one_of import one_of
 
 SECTION = "table"
@@ -40,7 +41,7 @@ def container_section(judged: Judged) -> None:
     run, protocol, errors = judged.run, judged.protocol, judged.errors()
     left, right = st.columns([5, 3], vertical_alignment="bottom")
     with left:
-        names = {side: name for side, (name, _, _) in SIDES.items()} | {"nothing": "nothing"}
+        names = {"nothing": "nothing"} | {side: name for side, (name, _, _) in SIDES.items()}
         side = one_of("Beside each number", names, key="table_side", field="beside")
     others = [name for name in PROTOCOLS if name != protocol]
     more = right.pills(
@@ -50,7 +51,7 @@ def container_section(judged: Judged) -> None:
     shown, styled = table_2(container_table(errors), cells, side=side)
     key = f"table_2 {run.name} {side} {protocol} {more}"
     _focus_clicked(errors, shown, key=key)
-    with beside_list(judged, section=SECTION):
+    with beside_panel(judged, section=SECTION):
         st.dataframe(
             styled,
             key=key,
@@ -74,13 +75,12 @@ def container_section(judged: Judged) -> None:
 
 
 def _focus_clicked(errors: pd.DataFrame, shown: pd.DataFrame, *, key: str) -> None:
-    """Look at the recordings behind the number of the table that is selected in the browser."""
-    cells = (st.session_state.get(key) or {}).get("selection", {}).get("cells", ())
-    if cells and cells[0][0] < len(shown):
-        row, column = cells[0]
-        container = str(shown["container"].iloc[row])
+    """Look at the recordings behind the number of the table that was clicked in the browser."""
+    clicked = newly_selected(key)
+    if clicked is not None and clicked[0] < len(shown):
+        container = str(shown["container"].iloc[clicked[0]])
         one = None if container == AVERAGE else container
-        focus_container(errors, section=SECTION, metric=_metric_of(column), container=one)
+        focus_container(errors, section=SECTION, metric=_metric_of(clicked[1]), container=one)
 
 
 def table_2(table: pd.DataFrame, cells: pd.DataFrame, *, side: str) -> tuple[pd.DataFrame, Styler]:

@@ -10,7 +10,7 @@ from corsmal.dataset import Dataset
 from corsmal.errors import CorsmalError
 from corsmal.figures.pin_collections import Collection, add_pins, load_collection
 from corsmal.figures.pins import Pin
-from corsmal.runs.run import load_run
+from corsmal.runs.run import list_runs, named_run
 from corsmal.ui import session, shared
 from corsmal.ui.folders import check_may_change, is_read_only
 from corsmal.ui.messages import plain
@@ -98,6 +98,6 @@ def _completed(pin: Pin) -> Pin:
 
 def _run_shown(dataset: Dataset) -> str | None:
     """The chosen run, if what a page shows of a recording is estimated with its parameters."""
-    name = session.choice().run
-    run = None if name is None else load_run(name, dataset=dataset.root, store=shared.store())
-    return name if run is not None and run.settings.shape == session.choice().estimated_shape else None
+    wanted = session.choice().run
+    run = None if wanted is None else named_run(list_runs(store=shared.store(), dataset=dataset.root), wanted)
+    return None if run is None or run.settings.shape != session.choice().estimated_shape else run.name
