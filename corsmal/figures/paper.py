@@ -39,20 +39,24 @@ def as_figure(figure: go.Figure | Part) -> go.Figure:
     return figure if isinstance(figure, go.Figure) else go.Figure(figure["data"], figure.get("layout"))
 
 
-def on_paper(figure: go.Figure | Part, *, is_grey: bool = False, has_buttons: bool = False) -> dict[str, Any]:
+def on_paper(figure: go.Figure | Part, *, is_grey: bool = False, is_still: bool = True) -> dict[str, Any]:
     """A figure's ``data`` and ``layout`` as plain values, to be drawn on white paper.
 
     Args:
         figure: the figure, or the parts of a ``Drawing``.
         is_grey: whether it is drawn in greys, see ``in_grey``.
-        has_buttons: whether the buttons stay that turn it; they have no use in a picture.
+        is_still: whether it becomes a picture, see ``still``.
     """
     parts: dict[str, Any] = as_figure(figure).to_dict()
-    layout = parts.setdefault("layout", {})
-    layout.update(template=TEMPLATE, paper_bgcolor="#FFFFFF", plot_bgcolor="#FFFFFF")
-    if not has_buttons:
-        layout.pop("updatemenus", None)
-    return in_grey(parts) if is_grey else parts
+    parts.setdefault("layout", {}).update(template=TEMPLATE, paper_bgcolor="#FFFFFF", plot_bgcolor="#FFFFFF")
+    shown = still(parts) if is_still else parts
+    return in_grey(shown) if is_grey else shown
+
+
+def still(parts: Part) -> dict[str, Any]:
+    """A figure without what has no use in a picture: buttons, and traces that a click in the legend would show."""
+    layout = {name: value for name, value in parts["layout"].items() if name != "updatemenus"}
+    return {"data": [trace for trace in parts["data"] if trace.get("visible") != "legendonly"], "layout": layout}
 
 
 def is_spatial(parts: Part) -> bool:

@@ -81,12 +81,12 @@ def _csv(figure: go.Figure | Part) -> bytes:
 
 
 def as_seen(figure: go.Figure | Part, view: Mapping[str, Any], *, height_px: int) -> go.Figure:
-    """A figure as a browser shows it: turned and zoomed.
+    """A figure as a browser shows it: turned, zoomed, and with the traces that are shown.
 
     Args:
         figure: the figure, or the parts of a ``Drawing``.
-        view: from ``linked_plot.js``: ``cameras`` by scene, ``ranges`` by axis. What cannot be read is ignored: anyone
-            who can reach the app can make one up.
+        view: from ``linked_plot.js``: ``cameras`` by scene, ``ranges`` by axis, ``visible`` by trace. What cannot be
+            read is ignored: anyone who can reach the app can make one up.
         height_px: of the figure on the page.
     """
     seen = go.Figure(as_figure(figure)).update_layout(height=height_px)
@@ -95,13 +95,13 @@ def as_seen(figure: go.Figure | Part, view: Mapping[str, Any], *, height_px: int
         if re.fullmatch(r"scene\d*", scene) and all(parts.values()):
             seen.update_layout({scene: {"camera": parts}})
     for axis, ends in _mapping(view, "ranges").items():
-        if (
-            re.fullmatch(r"[xy]axis\d*", axis)
-            and isinstance(ends, list)
-            and len(ends) == 2
-            and all(map(_is_finite, ends))
-        ):
+        is_range = isinstance(ends, list) and len(ends) == 2 and all(map(_is_finite, ends))
+        if is_range and re.fullmatch(r"[xy]axis\d*", axis):
             seen.update_layout({axis: {"range": ends}})
+    visible = view.get("visible")
+    if isinstance(visible, list) and len(visible) == len(seen.data):
+        for trace, shown in zip(seen.data, visible, strict=True):
+            trace.visible = shown if shown in (True, False, "legendonly") else None
     return seen
 
 

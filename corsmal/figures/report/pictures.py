@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from corsmal.figures.export import Picture, Progress, draw_pictures
-from corsmal.figures.paper import is_spatial, on_paper
+from corsmal.figures.paper import is_spatial, on_paper, still
 from corsmal.figures.report.blocks import Chart, Pinned, Report
 
 WIDTH_PX = 960
@@ -21,7 +21,7 @@ def figure_parts(block: Chart | Pinned) -> dict[str, Any]:
     figure = block.figure if isinstance(block, Chart) else block.pin.figure
     if figure is None:
         return {"data": [], "layout": {}}
-    parts = on_paper(figure, has_buttons=True)
+    parts = on_paper(figure, is_still=False)
     height = HEIGHT_PX if not is_spatial(parts) else SPATIAL_HEIGHT_PX
     own = block.height_px if isinstance(block, Chart) else parts["layout"].get("height") or height
     parts["layout"] |= {"width": WIDTH_PX, "height": own}
@@ -56,6 +56,5 @@ def draw_report(
 
 def _picture(parts: dict[str, Any]) -> Picture:
     layout, file_format = parts["layout"], picture_format(parts)
-    layout.pop("updatemenus", None)
     scale = 1.0 if file_format == "svg" else SPATIAL_SCALE
-    return parts, {"format": file_format, "width": layout["width"], "height": layout["height"], "scale": scale}
+    return still(parts), {"format": file_format, "width": layout["width"], "height": layout["height"], "scale": scale}

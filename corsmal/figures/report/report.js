@@ -60,7 +60,8 @@ class Plot {
     const { width, height } = layout;
     const size = { width, height, format: isSpatial ? "png" : "svg", scale: isSpatial ? 1.25 : 1 };
     const image = document.createElement("img");
-    image.src = await Plotly.toImage({ data, layout }, size);
+    const shown = data.filter((trace) => trace.visible !== "legendonly");
+    image.src = await Plotly.toImage({ data: shown, layout }, size);
     image.alt = "";
     await image.decode();
     this.picture.replaceChildren(image);

@@ -22,8 +22,8 @@ class LinkedPlot {
   constructor(parent) {
     this.root = element("div", "linked-plot", parent, { role: "group" });
     this.figure = element("div", "linked-plot-figure", this.root);
-    this.download = element("button", "linked-plot-download", this.root, { type: "button", textContent: "⤓" });
-    this.download.title = "Download figure";
+    this.download = element("button", "linked-plot-download", this.root, { type: "button", title: "Download figure" });
+    this.download.innerHTML = '<svg viewBox="0 0 16 16"><path d="M8 2v8M4.5 7 8 10.5 11.5 7M2.5 13.5h11"/></svg>';
     this.download.setAttribute("aria-label", "Download figure");
     this.download.onclick = () => this.trigger("download", this.view());
     this.bar = element("div", "linked-plot-sliders", this.root);
@@ -94,14 +94,14 @@ class LinkedPlot {
     for (const id of full._subplots.gl3d) layout[id] = { ...layout[id], camera: full[id]._scene.getCamera() };
   }
 
-  // How the figure is turned and zoomed, for a download that looks the same.
+  // How the figure is turned and zoomed and which traces it shows, for a download that looks the same.
   view() {
-    const { _fullLayout: full } = this.figure;
+    const { _fullLayout: full, _fullData: traces = [] } = this.figure;
     const [cameras, ranges] = [{}, {}];
     for (const id of full?._subplots.gl3d ?? []) cameras[id] = full[id]._scene.getCamera();
     for (const name of Object.keys(full ?? {}).filter((key) => /^[xy]axis\d*$/.test(key)))
       if (!full[name].autorange) ranges[name] = full[name].range;
-    return { cameras, ranges };
+    return { cameras, ranges, visible: traces.map((trace) => trace.visible) };
   }
 
   theme() {
