@@ -1,5 +1,6 @@
 """The numbers that a figure shows, as a table."""
 
+import base64
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -26,7 +27,7 @@ def figure_data(figure: go.Figure | Part) -> pd.DataFrame:
         ``label``, what stands for the point in the figure. Columns that hold nothing are left out; gaps in lines too.
         Pictures have no rows.
     """
-    drawn = as_figure(figure)
+    drawn = go.Figure(unpacked(as_figure(figure).to_dict()))
     parts = [part for number, trace in enumerate(drawn.data) for part in _rows(trace, drawn.layout, number)]
     if not parts:
         return pd.DataFrame({"trace": []})
@@ -38,6 +39,16 @@ def figure_data(figure: go.Figure | Part) -> pd.DataFrame:
         if len(titles) == 1:
             table = table.drop(columns=f"{name} axis").rename(columns={name: titles.pop()})
     return table.replace("", None).dropna(axis="columns", how="all").reset_index(drop=True)
+
+
+def unpacked(value: Any) -> Any:
+    """Plotly's JSON with its packed arrays as arrays, which whoever reads the figure expects."""
+    if isinstance(value, dict) and "bdata" in value:
+        array = np.frombuffer(base64.b64decode(value["bdata"]), dtype=value["dtype"])
+        return array.reshape([int(size) for size in str(value["shape"]).split(",")]) if "shape" in value else array
+    if isinstance(value, dict):
+        return {name: unpacked(part) for name, part in value.items()}
+    return [unpacked(part) for part in value] if isinstance(value, list) else value
 
 
 def _rows(trace: Any, layout: Any, number: int) -> Iterator[pd.DataFrame]:

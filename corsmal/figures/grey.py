@@ -12,6 +12,8 @@ from corsmal.figures.style import Part
 
 DARKEST, LIGHTEST = 40, 185
 """Of 255, of lines, bars and points; the greys between are spread evenly."""
+WHITE = 250
+"""What is lighter is the paper, or a line that sets points off from it, and stays as it is."""
 SCALE_LIGHT, SCALE_DARK = 250, 120
 """Of colour scales, whose dark end still lets black text be read."""
 
@@ -31,7 +33,8 @@ def in_grey(figure: Part) -> dict[str, Any]:
     Args:
         figure: ``data`` and ``layout`` as plain values, as ``go.Figure.to_dict`` gives them.
     """
-    used = sorted(set(_colours(figure["data"])), key=lambda colour: (_lightness(colour), colour))
+    found = {colour for colour in _colours(figure["data"]) if _lightness(colour) < WHITE}
+    used = sorted(found, key=lambda colour: (_lightness(colour), colour))
     levels = np.linspace(DARKEST, LIGHTEST, max(len(used), 2)).round().astype(int)
     greys = dict(zip(used, levels.tolist(), strict=False))
     parts: dict[str, Any] = _grey(figure, greys)

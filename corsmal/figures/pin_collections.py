@@ -4,7 +4,6 @@ The threads of one server change a collection one after the other; each change i
 that two people who share a collection lose nothing of each other's.
 """
 
-import base64
 import json
 import threading
 import uuid
@@ -12,11 +11,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
-import numpy as np
 import plotly.graph_objects as go
 
 from corsmal.digests import digest
 from corsmal.errors import ArgumentError, CorsmalError, FileError
+from corsmal.figures.data import unpacked
 from corsmal.figures.pins import Medium, Pin
 from corsmal.store import Store
 
@@ -59,7 +58,7 @@ class KeptPin:
         """The pin with what it shows; None where its file is gone or broken."""
         if self.kind == FIGURE:
             figure = store.json(CONTENTS, self.id)
-            return None if figure is None else Pin(**self.facts, figure=go.Figure(_unpacked(figure)))
+            return None if figure is None else Pin(**self.facts, figure=go.Figure(unpacked(figure)))
         medium = next(each for each in ENDINGS if each == self.kind)
         content = store.read(store.file(CONTENTS, self.id, ENDINGS[medium]), lambda path: path.read_bytes())
         return Pin(**self.facts, content=content, medium=medium) if content else None
@@ -222,16 +221,6 @@ def _write_content(pin: Pin, *, store: Store) -> KeptPin:
 
 
 _SHOWN = ("figure", "content", "medium")
-
-
-def _unpacked(value: Any) -> Any:
-    """Plotly's JSON with its packed arrays as arrays, which whoever reads the figure expects."""
-    if isinstance(value, dict) and "bdata" in value:
-        array = np.frombuffer(base64.b64decode(value["bdata"]), dtype=value["dtype"])
-        return array.reshape([int(size) for size in str(value["shape"]).split(",")]) if "shape" in value else array
-    if isinstance(value, dict):
-        return {name: _unpacked(part) for name, part in value.items()}
-    return [_unpacked(part) for part in value] if isinstance(value, list) else value
 
 
 def _ending(pin: KeptPin) -> str:

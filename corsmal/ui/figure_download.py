@@ -75,7 +75,7 @@ def _picture(figure: go.Figure | Part, stem: str) -> None:
 
 def _csv(figure: go.Figure | Part) -> bytes:
     table = figure_data(figure)
-    for name in table.select_dtypes("number"):
+    for name in table.select_dtypes("float"):
         table[name] = [float(f"{value:.{SIGNIFICANT}g}") for value in table[name]]
     return csv_file(table).encode()
 
@@ -98,7 +98,7 @@ def as_seen(figure: go.Figure | Part, view: Mapping[str, Any], *, height_px: int
         is_range = isinstance(ends, list) and len(ends) == 2 and all(map(_is_finite, ends))
         if is_range and re.fullmatch(r"[xy]axis\d*", axis):
             seen.update_layout({axis: {"range": ends}})
-    visible = view.get("visible")
+    visible = view.get("visible") if isinstance(view, Mapping) else None
     if isinstance(visible, list) and len(visible) == len(seen.data):
         for trace, shown in zip(seen.data, visible, strict=True):
             trace.visible = shown if shown in (True, False, "legendonly") else None

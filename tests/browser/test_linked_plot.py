@@ -118,3 +118,17 @@ def test_plotly_comes_from_the_app_and_colours_follow_the_theme(page: Page, addr
     page.wait_for_function(
         "([node, light]) => node._fullLayout.paper_bgcolor !== light", arg=[figure.element_handle(), light]
     )
+
+
+def test_a_figure_is_downloaded_as_it_is_seen(page: Page, tmp_path: Path) -> None:
+    page.get_by_role("group", name="Points").get_by_role("button", name="Download figure").click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog.get_by_text("Points")).to_be_visible()
+    expect(dialog.get_by_role("button", name="Download SVG")).to_be_visible()
+    with page.expect_download() as download:
+        dialog.get_by_role("button", name="Data (CSV)").click()
+    assert download.value.suggested_filename == "Points.csv"
+    download.value.save_as(tmp_path / "data.csv")
+    assert (tmp_path / "data.csv").read_text().startswith("trace,x,y,label\ntrace 1,0,0,0\ntrace 1,1,1,7\n")
+    dialog.get_by_role("button", name="Close").click()
+    text(page, "app runs 1")

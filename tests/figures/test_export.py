@@ -1,3 +1,4 @@
+import json
 import re
 import shutil
 import struct
@@ -98,6 +99,7 @@ def test_greys_stay_apart_and_scales_run_from_light_to_dark():
     figure = go.Figure(
         [
             *POINTS.data,
+            go.Scatter(y=[1], marker={"line": {"color": "#FFFFFF"}}),
             go.Heatmap(z=[[1, 2]], colorscale=[[0, "#2166AC"], [0.5, "rgba(243,243,241,0.5)"], [1, "#B2182B"]]),
         ],
         {"annotations": [{"text": "<span style='color:#E69F00'>●</span> view1"}], "title": "#E5484D is red"},
@@ -105,15 +107,18 @@ def test_greys_stay_apart_and_scales_run_from_light_to_dark():
     grey = in_grey(figure.to_dict())
     lines = [trace["line"]["color"] for trace in grey["data"][:2]]
     assert lines == ["#282828", "#B9B9B9"]
-    scale = [colour for _, colour in grey["data"][2]["colorscale"]]
+    scale = [colour for _, colour in grey["data"][3]["colorscale"]]
+    assert grey["data"][2]["marker"]["line"]["color"] == "#FFFFFF"
     assert [int(colour[1:3], 16) for colour in scale] == [250, 185, 120]
     assert re.fullmatch(r"<span style='color:#(..)\1\1'>●</span> view1", grey["layout"]["annotations"][0]["text"])
     assert grey["layout"]["title"]["text"] == "#E5484D is red"
     assert figure.data[0].line.color == "#E5484D"
 
 
-def test_data_of_points_is_named_after_the_axes():
-    table = figure_data(POINTS)
+@pytest.mark.parametrize("is_read", [False, True])
+def test_data_of_points_is_named_after_the_axes(is_read):
+    packed = go.Figure(POINTS).update_traces(x=np.array([1, 2]))
+    table = figure_data(go.Figure(json.loads(packed.to_json())) if is_read else packed)
     assert list(table.columns) == ["trace", "frame", "radius (mm)"]
     assert table.to_numpy().tolist() == [["red", 1, 3], ["red", 2, 4], ["green", 1, 4], ["green", 2, 3]]
 
