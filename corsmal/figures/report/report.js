@@ -23,6 +23,7 @@ class Plot {
     this.live = figure.querySelector(".live");
     this.button = figure.querySelector("button");
     this.json = figure.querySelector("script").textContent;
+    this.isSpatial = "spatial" in figure.dataset;
     this.label = this.button.textContent;
     this.button.hidden = false;
     this.button.onclick = () => (this.live.hidden ? this.show() : this.hide());
@@ -55,10 +56,9 @@ class Plot {
   async draw() {
     const Plotly = await loadPlotly();
     const { data, layout } = this.parts();
-    const isSpatial = data.some((trace) => (trace.type ?? "").endsWith("3d"));
     delete layout.updatemenus;
     const { width, height } = layout;
-    const size = { width, height, format: isSpatial ? "png" : "svg", scale: isSpatial ? 1.25 : 1 };
+    const size = { width, height, format: this.isSpatial ? "png" : "svg", scale: 1 };
     const image = document.createElement("img");
     const shown = data.filter((trace) => trace.visible !== "legendonly");
     image.src = await Plotly.toImage({ data: shown, layout }, size);
@@ -71,6 +71,8 @@ class Plot {
 const plots = [...document.querySelectorAll("figure.plot")].map((figure) => new Plot(figure));
 
 (async () => {
-  for (const plot of plots) if (!plot.picture.firstElementChild) await plot.draw();
+  const missing = plots.filter((plot) => !plot.picture.firstElementChild);
+  for (const plot of missing.filter((each) => !each.isSpatial)) await plot.draw(); // these are quick
+  for (const plot of missing.filter((each) => each.isSpatial)) await plot.draw();
   document.documentElement.dataset.drawn = "all";
 })();

@@ -81,9 +81,9 @@ class Writer:
         layout = parts["layout"]
         shown = _image(content, MEDIA[picture_format(parts)], alt) if content else ""
         shape = f'style="aspect-ratio: {layout["width"]} / {layout["height"]}" role="img" aria-label="{_text(alt)}"'
-        action = "Turn in 3D" if is_spatial(parts) else "Show values"
+        action, mark = ("Turn in 3D", " data-spatial") if is_spatial(parts) else ("Show values", "")
         return (
-            f'<figure class="{kind}"><div class="picture" {shape}>{shown}</div>'
+            f'<figure class="{kind}"{mark}><div class="picture" {shape}>{shown}</div>'
             f'<div class="live" hidden></div><button type="button" hidden>{action}</button>'
             f'<script type="application/json">{_json(parts)}</script>{self._caption(caption)}</figure>'
         )
