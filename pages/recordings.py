@@ -2,12 +2,12 @@
 
 import streamlit as st
 
-from corsmal.dataset.audio import CHANNELS
 from corsmal.digests import digest
 from corsmal.ui import media, session, shared
 from corsmal.ui.choice import OF_RECORDING
 from corsmal.ui.detecting import watch_detection
 from corsmal.ui.filling import sound
+from corsmal.ui.filling.microphone import microphone_control
 from corsmal.ui.messages import guarded
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.recordings import COLUMNS, all_recordings, filter_controls, listed, newly_clicked
@@ -50,13 +50,5 @@ for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
 if recording.audio_path is not None:
     with guarded():
         left, right = st.columns([1, 3], vertical_alignment="bottom")
-        channels = [None, *range(CHANNELS)]
-        st.session_state["channel"] = session.choice().channel
-        left.selectbox(
-            "Microphone",
-            channels,
-            format_func=media.channel_name,
-            key="channel",
-            on_change=lambda: session.choose(channel=st.session_state["channel"]),
-        )
-        right.audio(sound.wav(opened, session.choice().channel, None))
+        channel = microphone_control(left, "Microphone")
+        right.audio(sound.wav(opened, channel, None))

@@ -52,7 +52,7 @@ def test_pins_are_kept_with_their_numbers_parameters_and_link(sound_root: Path) 
     assert hull.link.startswith(f"shape?dataset={visitor.link['dataset']}&recording=000000&frame=5&")
     assert "pins=" not in hull.link
     assert picture.content[:2] == b"\xff\xd8"  # JPEG
-    assert [pin["kind"] for pin in tray(visitor)["pins"]] == ["figure", "image", "image"]
+    assert [pin["kind"] for pin in tray(visitor)["pins"]] == ["figure", "picture", "picture"]
     later = Visitor(sound_root, **visitor.link)  # after a reload, or another day
     assert titles(later) == titles(visitor)
     assert [pin["title"] for pin in tray(later)["pins"]] == titles(visitor)

@@ -33,20 +33,21 @@ Serve = Callable[..., str]
 
 @pytest.fixture(scope="session")
 def serve(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serve]:
-    """``serve(script, *args, env=None)`` runs a script as the user would and returns its address."""
+    """``serve(script, *args, env=None, base_path="")`` runs a script as the user would and returns its address."""
     servers: list[subprocess.Popen[bytes]] = []
 
-    def start(script: str | Path, *args: str, env: dict[str, str] | None = None) -> str:
+    def start(script: str | Path, *args: str, env: dict[str, str] | None = None, base_path: str = "") -> str:
         port = _free_port()
         log_path = tmp_path_factory.mktemp("streamlit") / "server.log"
         command = [sys.executable, "-m", "streamlit", "run", str(script)]
         command += ["--server.port", str(port), "--server.address", "127.0.0.1", "--server.headless", "true"]
-        command += ["--server.fileWatcherType", "none", "--browser.gatherUsageStats", "false", "--", *args]
+        command += ["--server.fileWatcherType", "none", "--browser.gatherUsageStats", "false"]
+        command += ["--server.baseUrlPath", base_path, "--", *args]
         environment = os.environ | {"PYTHONPATH": str(ROOT)} | (env or {})
         with log_path.open("wb") as log:
             server = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=log, stderr=subprocess.STDOUT)
         servers.append(server)
-        address = f"http://127.0.0.1:{port}"
+        address = f"http://127.0.0.1:{port}/{base_path}".rstrip("/")
         _wait_until_healthy(server, address, log_path)
         return address
 

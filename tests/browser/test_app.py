@@ -123,21 +123,6 @@ def test_buttons_turn_the_hull_and_the_view_stays_when_it_refits(page: Page, add
     assert figure.evaluate(CAMERA)["eye"] == pytest.approx(camera["eye"], abs=1e-9)
 
 
-def test_address_opened_elsewhere_shows_the_same_and_back_goes_back(page: Page, address: str) -> None:
-    page.goto(f"{address}/hull?frame=2&L=60")
-    plot(page, HULL)
-    slider = page.get_by_role("slider", name="L, circumferences")
-    expect(slider).to_have_value("60")
-    expect(page.get_by_role("spinbutton", name=re.compile("^Frame"))).to_have_value("2")
-    measured = measures(page)
-    slider.press("PageUp")
-    expect(slider).not_to_have_value("60")
-    page.wait_for_url(re.compile(rf"[?&]L={slider.input_value()}\b"))
-    page.go_back()
-    expect(slider).to_have_value("60")
-    expect(page.get_by_test_id("stCaptionContainer").filter(has_text="this frame")).to_have_text(measured)
-
-
 def test_keys_step_through_the_frames(page: Page, address: str) -> None:
     page.goto(f"{address}/frames?frame=2")
     plot(page, "Scores of the frames")

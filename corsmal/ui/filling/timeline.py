@@ -2,12 +2,12 @@
 
 import streamlit as st
 
-from corsmal.dataset.audio import CHANNELS
 from corsmal.figures.sound import SoundPicture
 from corsmal.figures.timeline import timeline_figure
 from corsmal.filling import FillingPrediction
 from corsmal.ui import media, session
 from corsmal.ui.filling import sound
+from corsmal.ui.filling.microphone import microphone_control
 from corsmal.ui.linked_plot import PlotEvent, Span, linked_plot
 from corsmal.ui.opened import OpenedRecording
 
@@ -16,8 +16,7 @@ STEP_S = 0.05
 CROP_MIN_S = 0.25
 """Less than this is a click."""
 
-PLAYED, CHANNEL = "played_crop", "channel_control"
-ALL = -1
+PLAYED = "played_crop"
 
 
 def followed_crop(event: PlotEvent, picture: SoundPicture) -> sound.Seconds | None:
@@ -85,15 +84,10 @@ def timeline(
 def controls(opened: OpenedRecording, *, crop_s: sound.Seconds | None, settled: bool) -> None:
     """The microphone, the player of the crop, and the way back to the whole recording."""
     left, middle, right = st.columns([5, 6, 4], vertical_alignment="bottom")
-    channel = session.choice().channel
-    st.session_state[CHANNEL] = ALL if channel is None else channel
-    left.selectbox(
+    channel = microphone_control(
+        left,
         "Channel shown and played (does not change the prediction)",
-        [ALL, *range(CHANNELS)],
-        key=CHANNEL,
-        format_func=lambda number: media.channel_name(None if number == ALL else number),
-        on_change=_channel_chosen,
-        help="The prediction always uses all eight microphones.",
+        help_text="The prediction always uses all eight microphones.",
     )
     if settled:
         st.session_state[PLAYED] = crop_s
@@ -105,11 +99,6 @@ def controls(opened: OpenedRecording, *, crop_s: sound.Seconds | None, settled: 
         on_click=lambda: session.choose(crop_s=None),
         width="stretch",
     )
-
-
-def _channel_chosen() -> None:
-    number = st.session_state[CHANNEL]
-    session.choose(channel=None if number == ALL else number)
 
 
 def _end_s(picture: SoundPicture) -> float:

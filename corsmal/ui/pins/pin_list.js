@@ -4,7 +4,7 @@ export default function mount(component) {
   return mountAs(PinList, component);
 }
 
-const PIN_ICONS = { figure: "📊", image: "🖼", audio: "🔊" };
+const DETAILS = 4; // numbers that are shown of a pin; the others are in its tooltip, and in the report
 
 class PinList {
   constructor(parent) {
@@ -73,9 +73,10 @@ class PinList {
   fill(row, pin) {
     const canChange = this.data.can_change;
     row.name = pin.title;
-    row.title.textContent = `${PIN_ICONS[pin.kind] ?? ""} ${pin.title}`;
+    row.title.textContent = pin.title;
     if (pin.link) row.title.href = pin.link;
-    row.detail.textContent = pin.detail;
+    row.detail.textContent = [pin.kind, ...pin.detail.slice(0, DETAILS), ...(pin.detail.length > DETAILS ? ["…"] : [])].join(" · ");
+    row.detail.title = pin.detail.join("\n");
     row.note.setAttribute("aria-label", `Note on ${pin.title}`);
     row.note.maxLength = this.data.note_max;
     row.note.readOnly = !canChange;

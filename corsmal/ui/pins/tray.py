@@ -30,6 +30,7 @@ from corsmal.ui.linked_plot.component import acknowledged, fresh_report, no_call
 from corsmal.ui.messages import guarded, plain
 from corsmal.ui.pins.pinning import OWN, OWNED, SAID, collection, fingerprint
 
+KINDS = {FIGURE: "figure", "image/jpeg": "picture", "image/png": "picture", "audio/wav": "sound"}
 LIST, OPEN, NAME = "pin_list", "pins_open", "pins_name"
 ACTIONS_MAX = 100
 HERE = Path(__file__).parent
@@ -137,14 +138,14 @@ def _pin_list(shown: Collection) -> None:
 
 def _listed(pin: KeptPin, collection_name: str) -> dict[str, Any]:
     """A pin as the browser shows it."""
-    facts, kind = pin.facts, "figure" if pin.kind == FIGURE else pin.kind.partition("/")[0]
+    facts, kind = pin.facts, KINDS[pin.kind]
     numbers = [f"{label} {value}" for label, value in facts["numbers"].items()]
     return {
         "id": pin.id,
         "title": pin.title,
         "note": pin.note,
         "kind": kind,
-        "detail": " · ".join([*numbers, *([f"run {facts['run']}"] if facts["run"] else [])]),
+        "detail": [*([f"run {facts['run']}"] if facts["run"] else []), *numbers],
         "link": f"{with_base('/')}{facts['link']}&pins={quote(collection_name)}" if facts["link"] else None,
     }
 
