@@ -47,7 +47,7 @@ def test_selecting_a_row_forgets_the_other_recordings_frame_and_pair(tiny_datase
 def test_views_and_sound_that_are_there_are_playable(tiny_dataset_root: Path) -> None:
     visitor = Visitor(tiny_dataset_root)
     assert (visitor.count("video"), visitor.count("audio")) == (3, 1)
-    visitor.test.selectbox(key="channel").set_value(7).run()
+    visitor.test.selectbox(key="channel_control").set_value(7).run()
     assert visitor.count("audio") == 1
     visitor.select_row(1)
     assert (visitor.count("video"), visitor.count("audio")) == (2, 0)

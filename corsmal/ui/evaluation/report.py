@@ -69,7 +69,9 @@ def report_section(judged: Judged) -> None:
     key = str(st.session_state.get(JOB, ""))
     if st.button("Make report", type="primary", icon=":material/description:", disabled=shared.jobs().is_active(key)):
         key = st.session_state[JOB] = f"report {uuid.uuid4().hex}"
-        shared.jobs().start(key, "Report", partial(_make, key, judged.run, make), priority=Priority.NOW)
+        shared.jobs().start(
+            key, "Report", partial(_make, key, judged.run, make), priority=Priority.NOW, is_for_guests=True
+        )
     follow(key, unit="figures")
     made = _made().get(key)
     if made is not None:
