@@ -46,8 +46,8 @@ LINES = [
 COMMANDS = [line.removeprefix(COMMAND) for line in LINES if line.startswith(COMMAND)]
 OTHERS = [
     SETUP + ".venv/bin/streamlit run app.py",
-    ".venv/bin/streamlit run app.py --server.baseUrlPath corsmal -- --data-root /data/corsmal",
     SETUP + ".venv/bin/python -m pytest -n 2",
+    ".venv/bin/streamlit run app.py --server.baseUrlPath corsmal -- --data-root /data/corsmal",
     ".venv/bin/python -m dask scheduler",
     ".venv/bin/python -m dask worker tcp://10.0.0.5:8786 --nworkers 8 --nthreads 1",
     "export CORSMAL_CACHE=/shared/cache",
