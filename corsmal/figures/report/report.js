@@ -61,7 +61,7 @@ class Plot {
     const size = { width, height, format: this.isSpatial ? "png" : "svg", scale: 1 };
     const image = document.createElement("img");
     const shown = data.filter((trace) => trace.visible !== "legendonly");
-    image.src = await Plotly.toImage({ data: shown, layout }, size);
+    image.src = await Plotly.toImage({ data: shown, layout, config: { plotGlPixelRatio: 1 } }, size);
     image.alt = "";
     await image.decode();
     this.picture.replaceChildren(image);
