@@ -26,6 +26,9 @@ from corsmal.store import Store
 FRAMES_MAX = 12
 """Frames of a recording that are reprojected: as many more would say the same."""
 
+FRAMES_AT_FIRST = 4
+"""Frames that are reprojected where hundreds of recordings are to be examined in less than a minute."""
+
 
 @dataclass(frozen=True)
 class ExamineTask:
@@ -61,7 +64,9 @@ class ExamineTask:
             "recording_id": recording.id,
             "status": "examined",
             "findings": [finding.of(recording.id) for finding in dict.fromkeys(findings)],
-            "reprojection": reprojection_error(detections, cameras),
+            "reprojection": reprojection_error(
+                detections, cameras, frames=FRAMES_MAX if self.deep else FRAMES_AT_FIRST
+            ),
             "notes": "",
         }
 
@@ -74,7 +79,9 @@ def _examine_video(view: View, *, deep: bool) -> None:
         video[0], video[-1]
 
 
-def reprojection_error(detections: DetectionSet, cameras: Mapping[str, Camera]) -> float | None:
+def reprojection_error(
+    detections: DetectionSet, cameras: Mapping[str, Camera], *, frames: int = FRAMES_MAX
+) -> float | None:
     """How far the container's triangulated centroid falls from the centroids of its masks, of the image's width.
 
     One or two hundredths come from the method: the centroids of silhouettes, and of what a hand leaves of them, are not
@@ -82,17 +89,17 @@ def reprojection_error(detections: DetectionSet, cameras: Mapping[str, Camera]) 
     every such fault: two cameras that see the container from mirrored places can be exchanged unnoticed.
 
     Returns:
-        The largest of the views' distances, the median over up to twelve frames with a container in two views or more;
+        The largest of the views' distances, the median over up to ``frames`` frames with a container in two views;
         infinite where the rays meet behind a camera; None where there is no such frame.
     """
     seen = {name: view for name, view in detections.views.items() if name in cameras}
     best = next((best for pair in PAIRS if (best := select_best_frame(seen, pair=pair)).ok), None)
     if best is None:
         return None
-    frames = [score.frame for score in best.scores if score.total is not None]
-    chosen = np.unique(np.linspace(0, len(frames) - 1, FRAMES_MAX).astype(int))
+    qualified = [score.frame for score in best.scores if score.total is not None]
+    chosen = np.unique(np.linspace(0, len(qualified) - 1, frames).astype(int))
     errors = []
-    for frame in (frames[index] for index in chosen):
+    for frame in (qualified[index] for index in chosen):
         centroids = {
             name: contour_centroid(
                 container_mask(view[frame], centre_rule=best.centre_rule, parameters=SelectionParameters())
