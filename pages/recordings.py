@@ -8,6 +8,7 @@ from corsmal.ui.choice import OF_RECORDING
 from corsmal.ui.detecting import watch_detection
 from corsmal.ui.filling import sound
 from corsmal.ui.filling.microphone import microphone_control
+from corsmal.ui.findings import show_findings, show_recordings_findings
 from corsmal.ui.messages import guarded
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.recordings import COLUMNS, all_recordings, filter_controls, listed, newly_clicked
@@ -37,11 +38,14 @@ if clicked is not None and rows.index[clicked] != recording.id:
     session.choose(recording=rows.index[clicked], **OF_RECORDING)
     st.rerun()
 
+show_findings(dataset)
+
 st.subheader(f"Recording {recording.id}")
 opened = OpenedRecording(recording)
 watch_detection(opened)
 if recording.missing:
     st.warning(f"Missing: {', '.join(recording.missing)}.", icon=":material/inventory_2:")
+show_recordings_findings(dataset, recording)
 names = [name for name in TITLES if name in recording.views]
 for column, name in zip(st.columns(max(1, len(names))), names, strict=False):
     with column, guarded():

@@ -82,7 +82,7 @@ def doctor(
     rows = run(ExamineTask(store.root.resolve(), deep=deep), recordings, chosen_engine)
     report.note(f"{dataset.root}: {len(dataset)} recordings, {len(recordings)} checked", kind="dataset")
     report.findings += set_findings(dataset, recordings)
-    found = examined_findings(rows)
+    found = examined_findings(rows, root=dataset.root)
     report.findings += found
     if not any(finding.severity == "error" for finding in found):
         report.note("every file can be read", kind="dataset")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Name = Annotated[str, typer.Argument(metavar="NAME", help="Name of the run.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
-TABLE_ENDINGS = (".csv", ".json", ".parquet")
+TABLE_ENDINGS = (".csv", ".tsv", ".txt", ".json", ".parquet")
 
 
 def _weights_option(kind: str) -> Any:
@@ -172,9 +172,12 @@ def submit(
     """Write the challenge's submission file, a row for every recording of a dataset."""
     from corsmal.dataset import open_dataset
     from corsmal.evaluation import read_estimates, submission_table, write_submission
+    from corsmal.evaluation.foreign import ASSUMED
 
-    is_table = Path(estimates).suffix in TABLE_ENDINGS
+    is_table = Path(estimates).suffix.lower() in TABLE_ENDINGS
     table = read_estimates(estimates) if is_table else open_run(root, estimates)[1].table
+    for note in table.attrs.get(ASSUMED, ()):
+        say(note)
     write_submission(submission_table(table, recordings=open_dataset(root).ids), out)
     say(f"Submission: {out}")
 

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ class Annotations:
 
 @dataclass(frozen=True)
 class _Column:
-    """How one field is read: its key in the file, its values and their names, and whether −1 is ordinary."""
+    """How one field is read: its key in the file, the values it may have, and whether −1 is an ordinary value."""
 
     key: str
     convert: Callable[[object, "_Column"], float | None]
@@ -41,7 +41,6 @@ class _Column:
     high: float = math.inf
     is_low_allowed: bool = True
     is_often_unknown: bool = False
-    names: Sequence[str] = ()
 
 
 def _number(value: object, column: _Column) -> float | None:
@@ -56,8 +55,6 @@ def _number(value: object, column: _Column) -> float | None:
 
 
 def _whole_number(value: object, column: _Column) -> int | None:
-    if isinstance(value, str) and value.strip().lower() in column.names:
-        return column.names.index(value.strip().lower())
     number = _number(value, column)
     return int(number) if number is not None and number.is_integer() else None
 
@@ -73,8 +70,8 @@ _COLUMNS = {
     "depth_mm": _Column("depth", _number, is_low_allowed=False, is_often_unknown=True),
     "capacity_ml": _Column("container capacity", _number, is_low_allowed=False),
     "container_mass_g": _Column("container mass", _number, is_low_allowed=False),
-    "filling_type": _Column("filling type", _whole_number, high=len(FILLINGS) - 1, names=FILLINGS),
-    "filling_level": _Column("filling level", _whole_number, high=len(LEVELS) - 1, names=LEVELS),
+    "filling_type": _Column("filling type", _whole_number, high=len(FILLINGS) - 1),
+    "filling_level": _Column("filling level", _whole_number, high=len(LEVELS) - 1),
     "filling_density_g_per_ml": _Column("filling density", _number),
     "filling_mass_g": _Column("filling mass", _number),
 }

@@ -164,6 +164,10 @@ def _findings(layout: Layout, annotations: Annotations, ends_s: Mapping[str, flo
     if annotated and filmed and not layout.is_older and not annotated & filmed:
         what = f"the annotation has none of the recordings' ids: {listed(sorted(filmed))} there, {min(annotated)} here"
         yield Finding("warning", "annotation", what, advice="name the files after the annotation's ids")
+    if renamed := layout.named_otherwise():
+        name, path = renamed[0]
+        what = f"{len(renamed)} file{'s are' if len(renamed) > 1 else ' is'} named otherwise than the recording's id"
+        yield Finding("note", "name", f"{what}, such as {path.name} of {name}")
     yield from (Finding("note", "missing", sentence) for sentence in layout.absent_parts())
     yield from layout.findings
     yield from cut_findings({name: end_s for name, end_s in ends_s.items() if name in layout.sounds})

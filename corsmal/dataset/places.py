@@ -17,7 +17,10 @@ CALIBRATION_ENDINGS = (".pickle", ".pkl")
 DETECTIONS_ENDINGS = (".json",)
 """Endings of the files that are read, in the order in which one is preferred."""
 
-_COPY = re.compile(r"(.+?)(?: ?\(\d+\)| - (?:copy|kopie|copie|copia)(?: ?\(\d+\))?| copy(?: \d+)?| \d+)", re.IGNORECASE)
+_COPY = re.compile(
+    r"(.+?)(?: ?\(\d+\)| - (?:copy|kopie|copie|copia)(?: ?\(\d+\))?| copy(?: \d+)?)|(\d+)(?: \d+|[_-]copy\d*)",
+    re.IGNORECASE,
+)
 """What browsers and file managers call another copy of a file."""
 
 _REASONS: Mapping[tuple[str, ...], tuple[str, str]] = {
@@ -173,7 +176,7 @@ def _rank(name: str, recording: str, endings: Sequence[str]) -> tuple[bool, int,
 
 
 def _on_hidden(inside: Listing, folder: str) -> Finding:
-    more = f" and {len(inside.hidden) - 1} more hidden files" if len(inside.hidden) > 1 else ""
+    more = f" and {len(inside.hidden) - 1} more" if len(inside.hidden) > 1 else ""
     what = f"hidden files are not used: {inside.hidden[0]}{more}"
     return Finding("note", "unused", what, file=folder)
 

@@ -87,6 +87,12 @@ class Layout:
         sound, truth = self.sounds.get(name), self.truths.get(name)
         return Recording(name, views, sound, annotation, tuple(missing), truth, sound_end_s)
 
+    def named_otherwise(self) -> list[tuple[str, Path]]:
+        """Recordings and their files whose names are no ids as the present layout writes them: 3.mp4 of 000003."""
+        of_views = (files for part in (self.videos, self.calibrations, self.detections) for files in part.values())
+        all_files = (item for files in (*of_views, self.sounds) for item in files.items())
+        return [] if self.is_older else [(name, path) for name, path in all_files if path.stem != name]
+
     def absent_parts(self) -> list[str]:
         """Sentences on what the whole set lacks."""
         fixed = [(view, number) for number, view in enumerate(VIEWS, start=1) if view != WORN_VIEW]

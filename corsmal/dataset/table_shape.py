@@ -18,6 +18,8 @@ LINES_ABOVE_MAX = 10
 
 _SEPARATOR_LINE = re.compile(r"\s*\"?sep=(.)\"?\s*", re.IGNORECASE)
 
+_QUOTED_NUMBER = re.compile(r'^"\d+"', re.MULTILINE)
+
 Row = list[str]
 
 
@@ -51,7 +53,8 @@ def find_grid(text: str, columns: Columns) -> Grid:
     notes = [] if separator == "," else [f"its columns are separated by {SEPARATORS[separator]}"]
     if any(cell.strip() for line in lines[:place] for cell in line):
         notes.append(f"what stands above the headings is left out ({place} line{'s' if place > 1 else ''})")
-    headings, rows, more = _even(headings, rows, separator)
+    are_numbered = len(_QUOTED_NUMBER.findall(text)) >= len(rows)
+    headings, rows, more = _even(headings, rows, separator, are_numbered=are_numbered)
     notes += more
     names = columns.names(headings)
     kept, more = _kept(headings, names, rows, columns)
@@ -117,7 +120,7 @@ def _known(line: Sequence[str], columns: Columns) -> int:
         return len(line)
 
 
-def _even(headings: Row, rows: list[Row], separator: str) -> tuple[Row, list[Row], list[str]]:
+def _even(headings: Row, rows: list[Row], separator: str, *, are_numbered: bool) -> tuple[Row, list[Row], list[str]]:
     """Headings and rows of one length, and what was done to them.
 
     Raises:
@@ -126,11 +129,13 @@ def _even(headings: Row, rows: list[Row], separator: str) -> tuple[Row, list[Row
     notes = []
     while headings and not headings[-1].strip() and all(not "".join(row[len(headings) - 1 :]).strip() for row in rows):
         headings = headings[:-1]
+        rows = [row[: len(headings)] for row in rows]
     count = len(headings)
     if any(len(row) > count for row in rows) and all(not "".join(row[count:]).strip() for row in rows):
         notes.append(f"its rows end in more {SEPARATORS[separator]} than its headings; these are left out")
         rows = [row[:count] for row in rows]
-    if rows and all(len(row) == count + 1 for row in rows) and _is_running(row[0] for row in rows):
+    # R writes rows' names in quotes and no heading for them; without quotes it may be a decimal comma that counts
+    if are_numbered and all(len(row) == count + 1 for row in rows) and _is_running(row[0] for row in rows):
         notes.append("its rows begin with their numbers, which have no heading and are left out")
         rows = [row[1:] for row in rows]
     _check_lengths(rows, count, separator)

@@ -2,10 +2,13 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.dataset.findings import Finding, in_order
+from corsmal.dataset.places import shown_path
 
 AGREES_MAX = 0.02
 """Share of the image width. Intact recordings of the demo reach 0.017; with exchanged cameras most have 0.03 to 0.3."""
@@ -20,12 +23,12 @@ def set_findings(dataset: Dataset, recordings: Sequence[Recording]) -> list[Find
     return in_order([*opened, *_missing(recordings)])
 
 
-def examined_findings(rows: Iterable[Mapping[str, Any]]) -> list[Finding]:
-    """What ``ExamineTask`` found in recordings, from its rows; a row that failed is an error."""
+def examined_findings(rows: Iterable[Mapping[str, Any]], *, root: Path) -> list[Finding]:
+    """What ``ExamineTask`` found in recordings of a folder, from its rows; a row that failed is an error."""
     findings: list[Finding] = []
     for row in rows:
         name = row["recording_id"]
-        findings += row.get("findings", ())
+        findings += (_within(root, finding) for finding in row.get("findings", ()))
         if row.get("notes"):
             findings.append(Finding("error", "recording", row["notes"], recording=name))
         error = row.get("reprojection")
@@ -49,6 +52,11 @@ def agreement(rows: Iterable[Mapping[str, Any]]) -> str:
 def percent(share: float) -> str:
     """A share as people read it."""
     return f"{100 * share:.2f} %" if math.isfinite(share) else "behind a camera"
+
+
+def _within(root: Path, finding: Finding) -> Finding:
+    """A finding whose file is named from the dataset's folder, where it lies there."""
+    return replace(finding, file=shown_path(Path(finding.file), root)) if finding.file else finding
 
 
 def _missing(recordings: Sequence[Recording]) -> list[Finding]:

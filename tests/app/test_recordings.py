@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from tests.app.driver import Visitor
+from tests.tiny import write_tiny_dataset
 
 
 def test_table_lists_what_is_known_and_missing(tiny_dataset_root: Path) -> None:
@@ -129,3 +130,22 @@ def test_another_dataset_opens_with_a_recording_that_has_files(tiny_dataset_root
     visitor.test.text_input(key="data_folder").set_value(str(real_root)).run()
     assert visitor.address["recording"] == "000618"
     assert visitor.crashes == visitor.warnings == []
+
+
+def test_findings_of_the_set_and_of_its_files_are_listed(tmp_path: Path) -> None:
+    root = write_tiny_dataset(tmp_path / "set", recordings=2, frames=2)
+    (root / "view1/rgb/000000 (1).mp4").touch()
+    (root / "view2/calib/000000.pickle").write_bytes(b"broken")
+    visitor = Visitor(root)
+    assert visitor.test.expander[0].label == "Files: 3 warnings"
+    assert visitor.test.dataframe[1].value["file"].iloc[0] == "view1/rgb/000000 (1).mp4"
+    assert visitor.warnings == [
+        "view1/rgb/000000 (1).mp4: is named like a copy of 000000 and not used; rename it to 000000.mp4 if it is "
+        "the one to use"
+    ]
+    visitor.press("Check all files")
+    visitor.wait_for(lambda visitor: visitor.test.expander[0].label == "Files: 1 error, 3 warnings")
+    assert visitor.test.dataframe[1].value["file"].iloc[0] == "view2/calib/000000.pickle"
+    assert any("view2/calib/000000.pickle: is no" in warning for warning in visitor.warnings)
+    assert "Check all files again" in [button.label for button in visitor.test.button]
+    assert visitor.crashes == []

@@ -27,6 +27,7 @@ from tests.fakes import FakeDetector
 from tests.networks import write_networks
 from tests.tiny import FRAMES, write_tiny_dataset
 
+CALIBRATION = "view2/calib/000000.pickle"
 RUNNER = CliRunner()
 WITHOUT_FILES = "000002"
 
@@ -309,6 +310,28 @@ def test_doctor_names_what_is_broken_or_missing(tmp_path):
     assert f"{len(problems)} problems" in result.output
     for part in ("view2 video is missing in 1 recording: 000001", "audio is missing", "000000.pickle", "file/cache"):
         assert any(part in line for line in problems), part
+
+
+def test_doctor_lists_findings_as_json_with_severity_file_and_advice(tmp_path):
+    root = write_tiny_dataset(tmp_path / "set", recordings=1, frames=3)
+    (root / "view1" / "rgb" / "000000 (1).mp4").touch()
+    (root / "audio" / "-1.wav").touch()
+    (root / "view2" / "calib" / "000000.pickle").write_bytes(b"broken")
+    (root / "view3" / "rgb" / "000000.mp4").rename(root / "view3" / "rgb" / "0.MP4")
+    result = RUNNER.invoke(cli.app, ["doctor", str(root), "--workers", "1", "--json", "--deep"])
+    assert result.exit_code == 1, result.output
+    entries = json.loads(result.stdout)
+    found = {entry["file"]: entry for entry in entries}
+    copy, sound, calibration = (found[name] for name in ("view1/rgb/000000 (1).mp4", "audio/-1.wav", CALIBRATION))
+    assert (copy["severity"], copy["kind"], copy["recording"]) == ("warning", "unused", "000000")
+    assert copy["advice"] == "rename it to 000000.mp4 if it is the one to use"
+    assert (sound["severity"], sound["recording"]) == ("warning", "")
+    assert (calibration["severity"], calibration["kind"], calibration["recording"]) == (
+        "error",
+        "calibration",
+        "000000",
+    )
+    assert any("named otherwise than the recording's id, such as 0.MP4" in entry["what"] for entry in entries)
 
 
 @pytest.mark.usefixtures("blocked_cache")

@@ -1,13 +1,16 @@
 import math
+import re
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation import (
     SUBMISSION_COLUMNS,
     challenge_scores,
+    read_estimates,
+    read_submission,
     submission_table,
     write_submission,
 )
@@ -81,6 +84,43 @@ def test_file_of_others_with_fewer_columns_is_read_and_scored(tmp_path, annotati
     assert scores["s3"] == 0
     notes = scores.attrs["notes"]
     assert "submission: there is no column 'Container capacity'; counted as no estimate" in notes
+
+
+def rewritten(text, separator, decimal):
+    return text.replace(",", separator).replace(".", decimal)
+
+
+OTHERS = {
+    "plain": lambda text: text.encode(),
+    "trailing commas": lambda text: text.replace("\n", ",\n").replace(",\n", "\n", 1).encode(),
+    "a European spreadsheet": lambda text: rewritten(text, ";", ",").encode("cp1252"),
+    "Unicode text": lambda text: rewritten(text, "\t", ",").encode("utf-16"),
+    "capitals": lambda text: text.replace("Configuration ID", "CONFIGURATION_ID").replace("Height", "height").encode(),
+    "an index column": lambda text: "\n".join(
+        f"{'' if i == 0 else i - 1},{line}" for i, line in enumerate(text.strip().split("\n"))
+    ).encode(),
+    "ids as floats": lambda text: re.sub(r"(?m)^(\d+),", r"\1.0,", text).encode(),
+}
+
+
+@pytest.mark.parametrize("kind", list(OTHERS))
+def test_submission_of_any_program_scores_the_same(tmp_path, annotation, estimates, kind):
+    estimates["capacity_ml"] *= 1.23456789
+    submission = submission_table(estimates)
+    write_submission(submission, tmp_path / "plain.csv")
+    (tmp_path / "team.csv").write_bytes(OTHERS[kind]((tmp_path / "plain.csv").read_text(encoding="utf-8")))
+    found = challenge_scores(annotation, read_submission(tmp_path / "team.csv"))
+    np.testing.assert_allclose(found, challenge_scores(annotation, submission))
+    assert any("team.csv: " in note for note in found.attrs["notes"]) == (kind != "plain")
+    as_estimates = read_estimates(tmp_path / "team.csv")
+    np.testing.assert_allclose(as_estimates["capacity_ml"], estimates["capacity_ml"], rtol=1e-9)
+    assert as_estimates["recording_id"].tolist() == estimates["recording_id"].tolist()
+
+
+def test_file_that_is_no_submission_is_one_sentence(tmp_path):
+    (tmp_path / "a.csv").write_text("Height,Container mass\n1,2\n", encoding="utf-8")
+    with pytest.raises(FileError, match="is no submission: it has no column 'Configuration ID' but Height, Container"):
+        read_submission(tmp_path / "a.csv")
 
 
 def test_missing_columns_and_recordings_are_said(tmp_path, estimates):
