@@ -1,13 +1,13 @@
 """Recordings and their views: the files of each, opened when they are asked for."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from corsmal.dataset.annotation import Annotation
 from corsmal.dataset.audio import Audio, read_audio
-from corsmal.dataset.calibration import read_camera
+from corsmal.dataset.calibration import Calibration, read_calibration
 from corsmal.digests import file_fingerprint
 from corsmal.errors import FileError, NotFoundError
 from corsmal.geometry import Camera
@@ -55,6 +55,10 @@ class View:
         return Video(self.video_path)
 
     def camera(self) -> Camera:
+        """The calibrated camera; raises what ``calibration`` raises."""
+        return self.calibration().camera
+
+    def calibration(self) -> Calibration:
         """Read the calibrated camera, scaled to the size of this view's video.
 
         Raises:
@@ -65,17 +69,17 @@ class View:
             expected = self.video_path.parent.parent / "calib" / f"{self.video_path.stem}{ending}"
             raise FileError(expected, f"the calibration of {self.name} is missing; download it to use this view in 3D")
         paths = self.calibration_path, self.video_path
-        return _camera(*paths, tuple(file_fingerprint(path) for path in paths if path.is_file()))
+        return _calibration(*paths, tuple(file_fingerprint(path) for path in paths if path.is_file()))
 
 
 @lru_cache(maxsize=CAMERAS_KEPT)
-def _camera(calibration_path: Path, video_path: Path, _fingerprints: tuple[str, ...]) -> Camera:
-    """The camera of two files, read again when one of them changes."""
+def _calibration(calibration_path: Path, video_path: Path, _fingerprints: tuple[str, ...]) -> Calibration:
+    """The calibration for a video, read again when one of the two files changes."""
     from corsmal.dataset.video import video_size  # noqa: PLC0415 - as above
 
-    camera = read_camera(calibration_path)
+    found = read_calibration(calibration_path)
     size = video_size(video_path)
-    return camera if size == camera.size else camera.scaled(size)
+    return found if size == found.camera.size else replace(found, camera=found.camera.scaled(size))
 
 
 @dataclass(frozen=True)

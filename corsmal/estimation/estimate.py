@@ -9,10 +9,12 @@ from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.estimation.detected import file_detections
 from corsmal.estimation.fit import FitSource, MaskSource, RecordingMasks, fit_frame
+from corsmal.estimation.plausibility import calibration_notes, implausible
 from corsmal.estimation.records import Estimate
 from corsmal.estimation.several import choose_frames, combine_fits
 from corsmal.filling.records import FillingPrediction
 from corsmal.mass.physics import mm_per_pixel
+from corsmal.notes import Note
 from corsmal.parameters import FRONTAL_VIEW, PAIRS, SelectionParameters, ShapeParameters
 from corsmal.quantities import DIMENSIONS, MEASURED
 from corsmal.selection import FrameDetections
@@ -37,9 +39,9 @@ def estimate(
 ) -> Estimate:
     """Everything the system says about one recording.
 
-    The pairs of views are tried in order: best frame, or the best of several stretches, then fit. If both fail the
-    estimate holds ``means``, and says so. The mass is told from the robot's view in the fitted frame, the filling from
-    the sound.
+    The pairs of views are tried in order: best frame, or the best of several stretches, then fit. A fit that cannot be
+    true, see ``plausibility``, counts as failed. If both fail the estimate holds ``means``, and says so. The mass is
+    predicted from the robot's view in the fitted frame, the filling from the sound.
 
     Args:
         recording: the recording.
@@ -62,7 +64,13 @@ def estimate(
     shape = shape or ShapeParameters.paper()
     fits = fits or partial(fit_frame, recording, detections, shape=shape, selection=selection)
     found = _geometry(
-        recording, detections, shape=shape, selection=selection, fits=fits, means=means or {}, notes=notes
+        recording,
+        detections,
+        shape=shape,
+        selection=selection,
+        fits=fits,
+        means=means or {},
+        notes=(*notes, *calibration_notes(recording)),
     )
     if mass is not None:
         masks = RecordingMasks(recording, detections, selection or SelectionParameters())
@@ -89,6 +97,12 @@ def _geometry(
         found = combine_fits(fitted, recording)
         if found is not None:
             values: dict[str, Any] = dict(found.values)
+            masks = RecordingMasks(recording, detections, selection or SelectionParameters())
+            reason = implausible(found.fit, values, masks, centre_rule=best.centre_rule)
+            if reason:
+                sentence = f"{' + '.join(pair)}, frame {found.fit.frame}: {reason}"
+                notes += (Note(sentence, flag="implausible"),)
+                continue
             return Estimate(
                 recording.id,
                 "fitted" if position == 0 else "fitted, second pair",

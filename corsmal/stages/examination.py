@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from corsmal.dataset import Recording, View
 from corsmal.dataset.audio import check_audio
@@ -16,11 +15,13 @@ from corsmal.dataset.layout import WORN_VIEW
 from corsmal.dataset.video import video_size
 from corsmal.errors import CorsmalError, FileError
 from corsmal.estimation import container_mask
-from corsmal.geometry import Camera, triangulate
+from corsmal.estimation.plausibility import reprojection_miss
+from corsmal.geometry import Camera
 from corsmal.parameters import PAIRS, SelectionParameters
 from corsmal.selection import select_best_frame
 from corsmal.shape.circumferences import contour_centroid
 from corsmal.stages.detections import DetectionSet, load_detections
+from corsmal.stages.media_findings import calibration_findings, detection_findings
 from corsmal.store import Store
 
 FRAMES_MAX = 12
@@ -55,11 +56,12 @@ class ExamineTask:
             if name != WORN_VIEW and view.calibration_path is not None:
                 with _noting(findings, "calibration"):
                     cameras[name] = view.camera()
+                    findings += calibration_findings(view)
         if recording.audio_path is not None:
             with _noting(findings, "sound"):
                 recording.audio() if self.deep else check_audio(recording.audio_path)
         detections = load_detections(recording, store=Store(self.cache))
-        findings += [Finding("error", "detections", note) for note in detections.notes]
+        findings += detection_findings(detections.notes)
         return {
             "recording_id": recording.id,
             "status": "examined",
@@ -109,20 +111,8 @@ def reprojection_error(
         }
         found = {name: centroid for name, centroid in centroids.items() if centroid is not None}
         if len(found) > 1:
-            errors.append(_distance([cameras[name] for name in found], list(found.values())))
+            errors.append(reprojection_miss([cameras[name] for name in found], list(found.values())))
     return float(np.median(errors)) if errors else None
-
-
-def _distance(cameras: list[Camera], centroids: list[NDArray[np.float64]]) -> float:
-    """The largest distance between a centroid and the image of the point that they all show, of the image's width."""
-    point_m = triangulate(cameras, centroids)
-    if not np.isfinite(point_m).all():
-        return np.inf
-    distances = [
-        float(np.linalg.norm(camera.project(point_m[None])[0] - centroid)) / camera.size[0]
-        for camera, centroid in zip(cameras, centroids, strict=True)
-    ]
-    return max(distances) if np.isfinite(distances).all() else np.inf
 
 
 @contextmanager

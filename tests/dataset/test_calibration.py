@@ -1,6 +1,8 @@
 import os
 import pickle
+import resource
 import subprocess
+import time
 from collections import OrderedDict
 from pathlib import Path
 from typing import Any
@@ -8,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from corsmal.dataset.calibration import BYTES_MAX, read_camera
+from corsmal.dataset.calibration import BYTES_MAX, read_calibration, read_camera
 from corsmal.errors import FileError
+from corsmal.notes import flags_of
 from tests.tiny import CALIBRATED_SIZE, tiny_cameras, write_calibration
 
 CAMERA = tiny_cameras(CALIBRATED_SIZE)["view1"]
@@ -242,3 +245,93 @@ def test_real_calibrations_reproduce_their_own_projection_matrices(real_dataset_
         np.testing.assert_allclose(read_camera(path).projection, expected, rtol=1e-6, atol=1e-6)
     with pytest.raises(FileError, match="has no extrinsics"):
         read_camera(real_dataset_root / "view4" / "calib" / "000618.pickle")
+
+
+def _scaled_translation(factor: float, **more: object) -> list[Any]:
+    return _content(tvec=CAMERA.translation[:, None] * factor, **more)
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1000, "mm"), (100, "cm"), (1000.0 * np.float32(1), "mm")])
+def test_translation_in_another_unit_is_taken_for_what_it_is(tmp_path: Path, factor: float, unit: str) -> None:
+    found = read_calibration(_write(tmp_path / "c.pickle", _scaled_translation(factor)))
+    np.testing.assert_allclose(found.camera.projection, CAMERA.projection, rtol=1e-6)
+    [note] = found.notes
+    assert f"it was taken for {unit}, which puts the camera 1." in note
+    assert flags_of(found.notes) == ("unit-assumed",)
+
+
+@pytest.mark.parametrize("factor", [1, 0.5, 4, 1e6])
+def test_translation_that_may_be_metres_or_can_be_nothing_stays(tmp_path: Path, factor: float) -> None:
+    found = read_calibration(_write(tmp_path / "c.pickle", _scaled_translation(factor)))
+    np.testing.assert_allclose(found.camera.translation, CAMERA.translation * factor)
+    assert found.notes == ()
+
+
+_PLAIN = [
+    {"rgb": CAMERA.intrinsic.tolist()},
+    {"rgb": {"rvec": CAMERA.rotation.tolist(), "tvec": CAMERA.translation.tolist(), "by": "A\rB\nC"}},
+]
+
+
+@pytest.mark.parametrize("change", [(b"\n", b"\r\n"), (b"\n", b"\r"), (b"", b"\xef\xbb\xbf")])
+@pytest.mark.parametrize("content", ["dataset's", "lists"])
+def test_text_pickle_with_other_line_ends_is_read(tmp_path: Path, change: tuple[bytes, bytes], content: str) -> None:
+    path = tmp_path / "c.pickle"
+    written = pickle.dumps(_PLAIN, 0) if content == "lists" else write_calibration(path, CAMERA).read_bytes()
+    path.write_bytes(written.replace(*change, -1 if change[0] else 1))
+    found = read_calibration(path)
+    np.testing.assert_array_equal(found.camera.projection, CAMERA.projection)
+    assert "line ends were changed" in found.notes[0]
+    assert flags_of(found.notes) == ()
+
+
+def test_binary_pickle_with_other_line_ends_is_named(tmp_path: Path) -> None:
+    path = _write(tmp_path / "c.pickle", [*_content(), "\n"], protocol=4)
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    with pytest.raises(FileError, match="its line ends may have been changed"):
+        read_camera(path)
+
+
+def _nested_tuples(depth: int) -> bytes:
+    """Tuples of twice the same tuple, the outermost as a key."""
+    return b"\x80\x02}N" + b"2\x86" * depth + b"Ns."
+
+
+def _shared_lists(depth: int) -> bytes:
+    """A calibration whose intrinsics are lists of twice the same list."""
+    item = b"]K\x01a" + b"".join(b"q%c](h%ch%ce" % (place, place, place) for place in range(depth))
+    rest = b"}U\x03rgb}(U\x04rvech\x01U\x04tvech\x01us"
+    return b"\x80\x02]q\xff(}U\x03rgb" + item + b"s" + rest + b"e."
+
+
+_TIMES = b"c_codecs\nencode\nq\x00X" + (900_000).to_bytes(4, "little") + b"a" * 900_000 + b"\x85q\x01"
+_ATTACKS = {
+    "tuples as a key": _nested_tuples(60),
+    "tuples in DICT": b"\x80\x02(N" + b"2\x86" * 60 + b"Nd.",
+    "tuples in a set": b"\x80\x04\x8f(N" + b"2\x86" * 60 + b"\x90.",
+    "shared lists": _shared_lists(60),
+    "bytearray of 3 GiB": b"\x80\x05\x96" + (3 * 2**30).to_bytes(8, "little") + b".",
+    "list of bytes": b"\x80\x04B"
+    + (50_000).to_bytes(4, "little")
+    + b"a" * 50_000
+    + b"\x85q\x00c__builtin__\nlist\nh\x00R.",
+    "text encoded again and again": b"\x80\x02" + _TIMES + b"h\x00h\x01R" * 100 + b".",
+    "huge shape": b"\x80\x02cnumpy.core.multiarray\nscalar\n(cnumpy\ndtype\n(U\x02f8K\x00K\x01tR\x8a\xff"
+    + b"\x7f" * 255
+    + b"tR.",
+    "instructions": b"\x80\x02" + b"N0" * 400_000 + b"N.",
+    "pairs": b"\x80\x02ccollections\nOrderedDict\n](]((N" + b"2\x86" * 60 + b"eee\x85R.",
+    "deep lists": b"\x80\x02" + b"]" * 4000 + b"a" * 3999 + b".",
+}
+
+
+@pytest.mark.parametrize("name", _ATTACKS)
+def test_small_file_cannot_cost_much(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "c.pickle"
+    path.write_bytes(_ATTACKS[name])
+    began_s, began = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(FileError) as caught:
+        read_camera(path)
+    assert time.perf_counter() - began_s < 2
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - began < 100_000, "kB"
+    assert "\n" not in str(caught.value)
