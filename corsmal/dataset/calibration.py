@@ -94,7 +94,7 @@ def _in_metres(camera: Camera, notes: tuple[str, ...]) -> Calibration:
         return Calibration(camera, notes)
     unit, per_metre = ("cm", 100.0) if distance <= CENTIMETRES_MAX else ("mm", 1000.0)
     sentence = (
-        f"'tvec' has a length of {distance:.0f}, too much for metres; it was taken for {unit}, "
+        f"'tvec' has a length of {distance:.0f}, too much for metres, and was taken for {unit}, "
         f"which puts the camera {distance / per_metre:.2f} m from the world's origin"
     )
     scaled = replace(camera, translation=camera.translation / per_metre)
@@ -135,7 +135,7 @@ def _with_own_line_ends(content: bytes) -> tuple[bytes, tuple[str, ...]]:
         text = text.replace(b"\r", b"\n")
     if text == content:
         return content, ()
-    return text, ("its line ends were changed by a text editor, git or an ASCII transfer; it was read all the same",)
+    return text, ("its line ends were changed by a text editor, git or an ASCII transfer, it was read all the same",)
 
 
 def _numbers(value: object) -> NDArray[np.float64]:

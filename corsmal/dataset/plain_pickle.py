@@ -189,6 +189,10 @@ class _PlainUnpickler(pickle._Unpickler):
     share their parts has as many to be hashed as there are ways through it.
     """
 
+    stack: list[Any]
+    read: Callable[[int], bytes]
+    append: Callable[[Any], None]
+
     def __init__(self, file: io.BytesIO, *, encoding: str) -> None:
         super().__init__(file, encoding=encoding)
         self._opcodes = 0
@@ -242,7 +246,7 @@ _FORBIDDEN = {
 }
 
 
-def _bounded(code: int, handler: Callable[[Any], None]) -> Callable[[_PlainUnpickler], None]:
+def _bounded(code: int, handler: Callable[[Any], None]) -> Callable[[Any], None]:
     def run(unpickler: _PlainUnpickler) -> None:
         if code in _FORBIDDEN:
             raise ForbiddenError(_FORBIDDEN[code])
@@ -254,7 +258,5 @@ def _bounded(code: int, handler: Callable[[Any], None]) -> Callable[[_PlainUnpic
     return run
 
 
-_PlainUnpickler.dispatch = {
-    code: _bounded(code, _PlainUnpickler.read_bytearray if code == pickle.BYTEARRAY8[0] else handler)
-    for code, handler in pickle._Unpickler.dispatch.items()
-}
+_HANDLERS: dict[int, Any] = {**pickle._Unpickler.dispatch, pickle.BYTEARRAY8[0]: _PlainUnpickler.read_bytearray}
+_PlainUnpickler.dispatch = {code: _bounded(code, handler) for code, handler in _HANDLERS.items()}

@@ -60,7 +60,7 @@ def no_container_hint(numbers: set[int]) -> str:
         if found:
             number = found[0]
             return (
-                f"; counted without gaps from {first}, as YOLO's are, {number} is {CLASS_NAMES[meant[number]]}: "
-                "write COCO's own numbers"
+                f" (counted without gaps from {first}, as YOLO's are, {number} is {CLASS_NAMES[meant[number]]}: "
+                "write COCO's own numbers)"
             )
     return ""

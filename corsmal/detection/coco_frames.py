@@ -35,7 +35,7 @@ def number_frames(results: Results, frame_count: int | None) -> None:
             numbers[place] = number
     read = [value for value in named if whole(value) is None and isinstance(value, str) and _last_number(value)]
     if read:
-        results.note(f"image_id is text such as {str(read[0])[:40]!r}; the last number in it was read as the frame")
+        results.note(f"image_id is text such as {str(read[0])[:40]!r}, the last number in it was read as the frame")
     elif any(whole(value) is not None for value in named):
         results.note("image_id is written as text or with a decimal point, and was read as a whole number")
     first = _first_frame(numbers.values(), frame_count, results)

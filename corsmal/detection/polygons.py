@@ -33,7 +33,7 @@ class Outlines:
     def __init__(self, size: Size) -> None:
         self.size = size
         self.dropped: Counter[str] = Counter()
-        self._left_px = FILE_OUTLINE_MAX_PX
+        self._left_px = float(FILE_OUTLINE_MAX_PX)
         self._limits = np.array([size[1], size[0]], dtype=np.float64)
 
     def counts(self, polygons: list[Any]) -> bytes:
@@ -47,7 +47,7 @@ class Outlines:
         if all(type(value) in (int, float) for value in polygons):
             polygons = [polygons]  # a single polygon, not in a list of its own
         if len(polygons) > POLYGONS_MAX:
-            raise ArgumentError(f"the mask has more than {POLYGONS_MAX} polygons; write run lengths")
+            raise ArgumentError(f"the mask has more than {POLYGONS_MAX} polygons, write run lengths instead")
         good, reasons = [], []
         for polygon in polygons:
             points = numbers(polygon)
@@ -71,12 +71,14 @@ class Outlines:
     def _spend(self, polygons: list[NDArray[np.float64]]) -> None:
         """Take what drawing the polygons costs off what the file may cost."""
         if sum(map(len, polygons)) > 2 * POINTS_MAX:
-            raise ArgumentError(f"the mask has more than {POINTS_MAX} points; write run lengths")
+            raise ArgumentError(f"the mask has more than {POINTS_MAX} points, write run lengths instead")
         corners = [points.reshape(-1, 2) for points in polygons]
         lengths = [np.abs(points - np.roll(points, 1, axis=0)).max(axis=1).sum() for points in corners]
         length_px = float(sum(lengths))
         if length_px > OUTLINE_MAX * self._limits.sum():
             raise ArgumentError(f"the mask's outlines are longer than {OUTLINE_MAX} times the image's width and height")
         if length_px > self._left_px:
-            raise ArgumentError(f"the file's outlines are longer than {FILE_OUTLINE_MAX_PX} pixels; write run lengths")
+            raise ArgumentError(
+                f"the file's outlines are longer than {FILE_OUTLINE_MAX_PX} pixels, write run lengths instead"
+            )
         self._left_px -= length_px

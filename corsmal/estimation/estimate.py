@@ -14,7 +14,7 @@ from corsmal.estimation.records import Estimate
 from corsmal.estimation.several import choose_frames, combine_fits
 from corsmal.filling.records import FillingPrediction
 from corsmal.mass.physics import mm_per_pixel
-from corsmal.notes import Note
+from corsmal.notes import Note, prefixed
 from corsmal.parameters import FRONTAL_VIEW, PAIRS, SelectionParameters, ShapeParameters
 from corsmal.quantities import DIMENSIONS, MEASURED
 from corsmal.selection import FrameDetections
@@ -163,10 +163,13 @@ def _with_filling(
 ) -> Estimate:
     from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
 
+    said: list[str] = []
     try:
         heard = (features or recording_features)(recording)
+        said = [prefixed("sound", note) for note in heard.notes]
         prediction = predictor.predict(heard.values, steps_s=heard.row_s)
     except (ArgumentError, FileError, NotFoundError) as error:
         prediction = FillingPrediction.failed(str(error))
-    notes = found.notes if prediction.ok else (*found.notes, f"filling: {prediction.reason}")
+    said += [] if prediction.ok else [f"filling: {prediction.reason}"]
+    notes = (*found.notes, *said)
     return replace(found, filling=prediction, notes=notes)

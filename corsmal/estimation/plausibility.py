@@ -88,7 +88,7 @@ def _place_reason(cameras: Mapping[str, Camera], centroid_m: Floats | None) -> s
         if not low <= distance_m <= high:
             return (
                 f"not plausible: the camera of {name} would be {distance_m:.3g} m from the container, expected "
-                f"{low:g} to {high:g} m; is its 'tvec' in metres?"
+                f"{low:g} to {high:g} m (is its 'tvec' in metres?)"
             )
     return ""
 

@@ -1,22 +1,30 @@
 """What the filling network is given of a recording: log-mel rows of its sound, or an array made elsewhere."""
 
 import tokenize
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.dataset.audio import ChannelRule, read_audio
+from corsmal.dataset.audio import SAMPLE_RATE_HZ, ChannelRule, read_audio
 from corsmal.dataset.layout import Recording
 from corsmal.digests import digest
 from corsmal.errors import FileError, NotFoundError
 from corsmal.filling.frontend import LogMelParameters, log_mel
+from corsmal.notes import Note
 from corsmal.store import Store
 
 ARRAY_ROW_S = 0.96
 """Seconds of sound per row of (T, 128) arrays, as VGGish has it."""
+
+RATE_MIN_HZ = 8_000
+"""Sound of a lower sampling rate has little left of what the network learned from."""
+
+READING = 2
+"""Raised when a sound file is read in another way than before."""
 
 KIND = "log-mel"
 """Where a store keeps log-mel rows."""
@@ -29,10 +37,12 @@ class Features:
     Args:
         values: (C, T, 128) float32, finite, C and T at least 1.
         row_s: seconds from one row to the next.
+        notes: sentences on how the sound was read, where that was not as expected.
     """
 
     values: NDArray[np.float32]
     row_s: float
+    notes: tuple[str, ...] = ()
 
 
 def recording_features(
@@ -60,24 +70,43 @@ def recording_features(
 
     Raises:
         NotFoundError: the recording has no sound, or the folder no array of it.
-        FileError: the sound or the array is broken or not what it should be.
+        FileError: the sound or the array is broken or not what it should be, or the sound's rate is too low.
     """
     parameters = parameters or LogMelParameters()
     ends_s = [end for end in (recording.sound_end_s, end_s) if end is not None]
     end_s = min(ends_s, default=None)
+    cut = _cut_notes(recording)
     if folder is not None:
-        return _from_array(Path(folder), recording.id, parameters, end_s)
+        return replace(_from_array(Path(folder), recording.id, parameters, end_s), notes=cut)
     if recording.audio_path is None:
         raise NotFoundError(f"recording {recording.id} has no sound: audio/{recording.id}.wav is missing")
-    key = digest(KIND, recording.audio_path, end_s, channels, parameters)
+    key = digest(KIND, READING, recording.audio_path, end_s, channels, parameters)
     kept = store.arrays(KIND, key) if store else None
-    if kept is not None and "rows" in kept:
-        return Features(kept["rows"].astype(np.float32), parameters.row_s)
+    if kept is not None and {"rows", "notes"} <= set(kept):
+        return Features(kept["rows"].astype(np.float32), parameters.row_s, (*cut, *_as_notes(kept["notes"])))
     audio = read_audio(recording.audio_path, end_s=end_s, channels=channels)
+    if audio.sample_rate_hz < RATE_MIN_HZ:
+        problem = f"was recorded at {audio.sample_rate_hz / 1000:g} kHz, too low for a prediction"
+        raise FileError(recording.audio_path, f"{problem}; record at {SAMPLE_RATE_HZ / 1000:g} kHz")
     rows = log_mel(audio.samples, sample_rate_hz=audio.sample_rate_hz, parameters=parameters).astype(np.float16)
     if store:
-        store.save_arrays(KIND, key, rows=rows)
-    return Features(rows.astype(np.float32), parameters.row_s)
+        store.save_arrays(KIND, key, rows=rows, notes=_as_array(audio.notes))
+    return Features(rows.astype(np.float32), parameters.row_s, (*cut, *audio.notes))
+
+
+def _as_array(notes: Sequence[str]) -> NDArray[np.str_]:
+    """(n, 2) sentences and their flags."""
+    return np.array([[str(note), getattr(note, "flag", "")] for note in notes], dtype=np.str_).reshape(-1, 2)
+
+
+def _as_notes(array: NDArray[Any]) -> list[str]:
+    return [Note(str(sentence), flag=str(flag)) if flag else str(sentence) for sentence, flag in array]
+
+
+def _cut_notes(recording: Recording) -> tuple[str, ...]:
+    if recording.sound_end_s is None:
+        return ()
+    return (Note(f"it was cut at {recording.sound_end_s:.1f} s, its recorder was not stopped", flag="sound-cut"),)
 
 
 def _from_array(folder: Path, name: str, parameters: LogMelParameters, end_s: float | None) -> Features:

@@ -11,10 +11,8 @@ from scipy import signal
 from torch import Tensor
 from torchaudio.functional import melscale_fbanks
 
+from corsmal.dataset.audio import SAMPLE_RATE_HZ
 from corsmal.errors import ArgumentError
-
-SAMPLE_RATE_HZ = 44_100
-"""Of the dataset's sound."""
 
 
 @dataclass(frozen=True)

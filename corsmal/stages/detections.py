@@ -12,10 +12,8 @@ from corsmal.errors import FileError
 from corsmal.estimation import read_view_detections
 from corsmal.notes import Note, prefixed
 from corsmal.parameters import METHOD_VIEWS
+from corsmal.stages.version import READING_VERSION
 from corsmal.store import Store, digest, file_fingerprint
-
-READING = 2
-"""Raised when the same detections file is read in another way than before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +63,7 @@ def detections_origin(recording: Recording, *, store: Store) -> str:
         kept = _latest(view, store)
         if kept is not None:
             paths.append(_kept_file(kept, store))
-        origins += [] if view.detections_path is None else [READING]
+        origins += [] if view.detections_path is None else [READING_VERSION]
         origins += [name, kept, [file_fingerprint(path) if path.is_file() else None for path in paths]]
     return digest("origin of detections", *origins)
 

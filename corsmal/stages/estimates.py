@@ -17,7 +17,7 @@ from corsmal.selection import FrameDetections
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
 from corsmal.stages.fits import calibration_fingerprints
 from corsmal.stages.training_facts import shape_name, trained_shape
-from corsmal.stages.version import METHOD_VERSION
+from corsmal.stages.version import METHOD_VERSION, READING_VERSION
 from corsmal.store import Store, digest, file_fingerprint
 
 if TYPE_CHECKING:
@@ -191,4 +191,5 @@ def _files(recording: Recording, made_with: MadeWith) -> list[Any]:
         heard = None if path is None or made_with.filling is None else file_fingerprint(path)
     except FileError:
         heard = None
-    return [recording.id, calibration_fingerprints(recording), heard]
+    reading = [] if recording.is_synthetic else [READING_VERSION]
+    return [recording.id, calibration_fingerprints(recording), heard, *reading]

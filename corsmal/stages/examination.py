@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from corsmal.dataset import Recording, View
-from corsmal.dataset.audio import check_audio
 from corsmal.dataset.findings import Finding
 from corsmal.dataset.layout import WORN_VIEW
 from corsmal.dataset.video import video_size
@@ -21,7 +20,7 @@ from corsmal.parameters import PAIRS, SelectionParameters
 from corsmal.selection import select_best_frame
 from corsmal.shape.circumferences import contour_centroid
 from corsmal.stages.detections import DetectionSet, load_detections
-from corsmal.stages.media_findings import calibration_findings, detection_findings
+from corsmal.stages.media_findings import calibration_findings, detection_findings, sound_findings
 from corsmal.store import Store
 
 FRAMES_MAX = 12
@@ -57,9 +56,8 @@ class ExamineTask:
                 with _noting(findings, "calibration"):
                     cameras[name] = view.camera()
                     findings += calibration_findings(view)
-        if recording.audio_path is not None:
-            with _noting(findings, "sound"):
-                recording.audio() if self.deep else check_audio(recording.audio_path)
+        with _noting(findings, "sound"):
+            findings += sound_findings(recording, deep=self.deep)
         detections = load_detections(recording, store=Store(self.cache))
         findings += detection_findings(detections.notes)
         return {

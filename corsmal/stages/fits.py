@@ -10,7 +10,7 @@ from corsmal.parameters import METHOD_VIEWS, CentreRule, SelectionParameters, Sh
 from corsmal.selection import Pair
 from corsmal.shape import Hull, measure_hull
 from corsmal.stages.detections import DetectionSet
-from corsmal.stages.version import METHOD_VERSION
+from corsmal.stages.version import METHOD_VERSION, READING_VERSION
 from corsmal.store import Store, digest, file_fingerprint
 
 ARRAYS = ("heights_mm", "radii_mm", "converged", "centroid_m", "direction")
@@ -44,6 +44,7 @@ def load_fit(
         centre_rule,
         SelectionParameters(),
         shape,
+        *([] if recording.is_synthetic else [READING_VERSION]),
     )
     kept = store.arrays("fits", key)
     if kept is not None and set(ARRAYS) | set(NUMBERS) <= set(kept):

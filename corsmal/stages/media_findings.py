@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from corsmal.dataset import View
+from corsmal.dataset import Recording, View
+from corsmal.dataset.audio import check_audio
 from corsmal.dataset.findings import Finding, Severity
 from corsmal.estimation.plausibility import CAMERA_M
 from corsmal.notes import Note
@@ -25,6 +26,18 @@ def calibration_findings(view: View) -> list[Finding]:
         what = f"the camera of {view.name} stands {place}"
         findings.append(Finding("warning", "calibration", what, file=file, advice="check the unit of 'tvec', metres"))
     return findings
+
+
+def sound_findings(recording: Recording, *, deep: bool) -> list[Finding]:
+    """What is wrong with a recording's sound file, from its header or, if ``deep``, from all of it.
+
+    Raises:
+        FileError: the sound cannot be used.
+    """
+    if recording.audio_path is None:
+        return []
+    notes = recording.audio().notes if deep else check_audio(recording.audio_path)
+    return [Finding(_severity(note), "sound", note, file=str(recording.audio_path)) for note in notes]
 
 
 def detection_findings(notes: tuple[str, ...]) -> list[Finding]:

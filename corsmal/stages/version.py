@@ -2,3 +2,7 @@
 
 METHOD_VERSION = 5
 """Raised when the same inputs give another hull, estimate or anything else that is computed from them than before."""
+
+READING_VERSION = 2
+"""Raised when files that are not as the published set's are read in another way than before. It belongs to the keys of
+recordings that were filmed; the demo's own files are always written in the same way."""

@@ -256,7 +256,7 @@ def test_translation_in_another_unit_is_taken_for_what_it_is(tmp_path: Path, fac
     found = read_calibration(_write(tmp_path / "c.pickle", _scaled_translation(factor)))
     np.testing.assert_allclose(found.camera.projection, CAMERA.projection, rtol=1e-6)
     [note] = found.notes
-    assert f"it was taken for {unit}, which puts the camera 1." in note
+    assert f"was taken for {unit}, which puts the camera 1." in note
     assert flags_of(found.notes) == ("unit-assumed",)
 
 

@@ -271,7 +271,7 @@ def test_what_a_file_may_cost_is_bounded(tmp_path, monkeypatch):
     assert len(view[2]) == 1000
     assert [said.partition(": ")[2] for said in view.problems] == [
         "the mask's outlines are longer than 50 times the image's width and height",
-        "the mask has more than 1000 polygons; write run lengths",
+        "the mask has more than 1000 polygons, write run lengths instead",
         "a frame has more than 1000 detections, the first were read",
     ]
     with pytest.raises(FileError, match="too large for the detections of one view; it was not read"):

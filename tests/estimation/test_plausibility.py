@@ -44,9 +44,9 @@ def test_cameras_in_another_unit_give_the_same_estimate_which_says_so(tiny_datas
 @pytest.mark.parametrize(
     ("views", "change", "reason"),
     [
-        (ALL, lambda tvec: tvec * 5, "m from the container, expected 0.2 to 5 m; is its 'tvec' in metres?"),
-        (ALL, lambda tvec: tvec * 1e6, "m from the container, expected 0.2 to 5 m; is its 'tvec' in metres?"),
-        (ALL, lambda tvec: tvec * 0.1, "m from the container, expected 0.2 to 5 m; is its 'tvec' in metres?"),
+        (ALL, lambda tvec: tvec * 5, "m from the container, expected 0.2 to 5 m (is its 'tvec' in metres?)"),
+        (ALL, lambda tvec: tvec * 1e6, "m from the container, expected 0.2 to 5 m (is its 'tvec' in metres?)"),
+        (ALL, lambda tvec: tvec * 0.1, "m from the container, expected 0.2 to 5 m (is its 'tvec' in metres?)"),
         (("view3",), lambda tvec: tvec + np.array([[0.0], [0.2], [0.0]]), "the views do not meet"),
     ],
 )

@@ -11,6 +11,7 @@ from corsmal.filling import features as module
 from corsmal.filling import log_mel
 from corsmal.filling.features import recording_features
 from corsmal.filling.frontend import LogMelParameters
+from corsmal.notes import flags_of
 from tests.tiny import write_audio
 
 
@@ -220,3 +221,28 @@ def test_absent_arrays_and_folders_are_named(tmp_path):
 def test_results_are_records_that_cannot_be_reassigned(heard):
     with pytest.raises(dataclasses.FrozenInstanceError):
         recording_features(heard).row_s = 1.0
+
+
+@pytest.mark.parametrize(("rate", "is_heard"), [(7_999, False), (8_000, True), (16_000, True), (44_100, True)])
+def test_a_low_rate_is_said_also_from_the_store_and_too_low_is_refused(tmp_path, store, rate, is_heard):
+    path = tmp_path / "audio" / "000001.wav"
+    path.parent.mkdir()
+    soundfile.write(path, np.random.default_rng(0).uniform(-0.1, 0.1, (rate // 5, 8)), rate)
+    recording = Recording("000001", audio_path=path)
+    if not is_heard:
+        with pytest.raises(FileError, match=r"recorded at 7.999 kHz, too low for a prediction; record at 44.1 kHz"):
+            recording_features(recording, store=store)
+        return
+    for _ in range(2):
+        notes = recording_features(recording, store=store).notes
+        assert flags_of(notes) == (("sound-outside-training",) if rate < 44_100 else ())
+        assert all(f"{rate / 1000:g} kHz" in note for note in notes)
+
+
+def test_a_cut_raises_a_flag(tmp_path):
+    path = write_audio(tmp_path / "a.wav", seconds=0.3)
+    heard = recording_features(Recording("000377", audio_path=path, sound_end_s=0.2))
+    assert (heard.notes, flags_of(heard.notes)) == (
+        ("it was cut at 0.2 s, its recorder was not stopped",),
+        ("sound-cut",),
+    )
