@@ -54,18 +54,6 @@ def load_plain(content: bytes) -> Any:
     return _PlainUnpickler(io.BytesIO(content), encoding="latin1").load()
 
 
-class _Budget:
-    """What may still be made from the file's content."""
-
-    def __init__(self) -> None:
-        self.bytes_left = BYTES_CREATED_MAX
-
-    def spend(self, count: int) -> None:
-        self.bytes_left -= count
-        if self.bytes_left < 0:
-            raise ForbiddenError(f"arrays and texts of more than {BYTES_CREATED_MAX} bytes")
-
-
 class _NumberType:
     """Stands for a NumPy dtype: numbers only, so no objects, no fields, no shapes within."""
 
@@ -195,8 +183,7 @@ class _PlainUnpickler(pickle._Unpickler):
 
     def __init__(self, file: io.BytesIO, *, encoding: str) -> None:
         super().__init__(file, encoding=encoding)
-        self._opcodes = 0
-        self._budget = _Budget()
+        self._opcodes = self._created = 0
 
     def find_class(self, module: str, name: str) -> _Allowed:
         """What the file's ``module.name`` stands for; a name that is not on the list is an error."""
@@ -213,7 +200,9 @@ class _PlainUnpickler(pickle._Unpickler):
         if code in _CALLS and self.stack:
             arguments = self.stack[-1]
             parts = arguments if isinstance(arguments, tuple | list) else ()
-            self._budget.spend(sum(map(_cost, parts)) + len(parts))
+            self._created += sum(map(_cost, parts)) + len(parts)
+            if self._created > BYTES_CREATED_MAX:
+                raise ForbiddenError(f"arrays and texts of more than {BYTES_CREATED_MAX} bytes")
         elif code == pickle.SETITEM[0]:
             _plain_keys(self.stack[-2:-1])
         elif code in (pickle.SETITEMS[0], pickle.DICT[0]):
