@@ -120,9 +120,17 @@ def test_pins_say_what_they_show_of_what_and_with_which_numbers():
     assert "<b>Figure 2.</b> <b>The crop</b>" in page
     assert "<li>Type <b>rice</b></li>" in page
     assert "<p>Dataset train, recording 000618, frame 25, run first.</p>" in page
-    assert "<p>Parameters: preset tuned.</p>" in page
+    assert "<p>Parameters: preset: tuned.</p>" in page
     assert "<code>filling?recording=000618</code>" in page
     assert '<p class="note">Listen.</p>' in page
+
+
+def test_numbers_of_several_sources_are_a_table():
+    numbers = {"Capacity, frame 3": "5 mL", "Height, frame 3": "6 mm", "Capacity, whole recording, tuned": "<b>"}
+    page = report_html(report_of(Pinned(Pin("A frame", content=b"x", medium="image/png", numbers=numbers))))
+    assert "<tr><th></th><th>frame 3</th><th>whole recording, tuned</th></tr>" in page
+    assert "<tr><th>Capacity</th><td>5 mL</td><td>&lt;b&gt;</td></tr>" in page
+    assert "<tr><th>Height</th><td>6 mm</td><td>–</td></tr>" in page
 
 
 def test_plotly_is_in_it_once_packed_and_nothing_is_loaded_or_sent():

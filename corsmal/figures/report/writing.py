@@ -1,7 +1,6 @@
 """The blocks of a report as HTML."""
 
 import base64
-import html
 import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,6 +14,7 @@ from corsmal.evaluation.exporting import MISSING, heading
 from corsmal.figures.paper import is_spatial
 from corsmal.figures.pins import Pin
 from corsmal.figures.report.blocks import Answers, Block, Chart, Commands, Pinned, Table, Table2, Text, Tile, Tiles
+from corsmal.figures.report.captions import escaped, pin_caption
 from corsmal.figures.report.pictures import MEDIA, figure_parts, picture_format
 from corsmal.figures.report.table2 import table_2_html
 
@@ -40,11 +40,11 @@ class Writer:
 
     @block.register
     def _(self, block: Text) -> str:
-        return "".join(f"<p>{_text(sentence)}</p>" for sentence in block.sentences if sentence)
+        return "".join(f"<p>{escaped(sentence)}</p>" for sentence in block.sentences if sentence)
 
     @block.register
     def _(self, block: Answers) -> str:
-        rows = (f"<dt>{_text(name)}</dt><dd>{_text(answer)}</dd>" for name, answer in block.by_question.items())
+        rows = (f"<dt>{escaped(name)}</dt><dd>{escaped(answer)}</dd>" for name, answer in block.by_question.items())
         return f'<dl class="answers">{"".join(rows)}</dl>'
 
     @block.register
@@ -61,15 +61,15 @@ class Writer:
 
     @block.register
     def _(self, block: Commands) -> str:
-        return f"<pre>{_text(chr(10).join(block.lines))}</pre>"
+        return f"<pre>{escaped(chr(10).join(block.lines))}</pre>"
 
     @block.register
     def _(self, block: Chart) -> str:
-        return self._plot(block, _text(block.caption), alt=block.caption)
+        return self._plot(block, escaped(block.caption), alt=block.caption)
 
     @block.register
     def _(self, block: Pinned) -> str:
-        caption = _pin_caption(block.pin)
+        caption = pin_caption(block.pin)
         if block.pin.figure is not None:
             return self._plot(block, caption, alt=block.pin.title, kind="plot pinned")
         return f'<figure class="pinned">{_content(block.pin)}{self._caption(caption)}</figure>'
@@ -80,7 +80,7 @@ class Writer:
         content = next(self._pictures, b"")
         layout = parts["layout"]
         shown = _image(content, MEDIA[picture_format(parts)], alt) if content else ""
-        shape = f'style="aspect-ratio: {layout["width"]} / {layout["height"]}" role="img" aria-label="{_text(alt)}"'
+        shape = f'style="aspect-ratio: {layout["width"]} / {layout["height"]}" role="img" aria-label="{escaped(alt)}"'
         action, mark = ("Turn in 3D", " data-spatial") if is_spatial(parts) else ("Show values", "")
         return (
             f'<figure class="{kind}"{mark}><div class="picture" {shape}>{shown}</div>'
@@ -93,10 +93,6 @@ class Writer:
         return f"<figcaption><b>Figure {self._figures}.</b> {caption}</figcaption>"
 
 
-def _text(text: object) -> str:
-    return html.escape(str(text), quote=True)
-
-
 def _json(parts: Mapping[str, object]) -> str:
     """A figure within a script element, which no text in it can end."""
     text = str(to_json_plotly(parts)).replace("<", r"\u003c").replace("\u2028", r"\u2028").replace("\u2029", r"\u2029")
@@ -106,11 +102,11 @@ def _json(parts: Mapping[str, object]) -> str:
 
 def _tile(tile: Tile) -> str:
     lines = "".join(
-        f'<tr class="{line.tone}"><th>{_text(line.label)}</th><td>{_text(line.value)}</td>'
-        f"<td>{_text(line.note)}</td></tr>"
+        f'<tr class="{line.tone}"><th>{escaped(line.label)}</th><td>{escaped(line.value)}</td>'
+        f"<td>{escaped(line.note)}</td></tr>"
         for line in tile.lines
     )
-    return f"<div><h3>{_text(tile.title)}</h3><p>{_text(tile.hint)}</p><table>{lines}</table></div>"
+    return f"<div><h3>{escaped(tile.title)}</h3><p>{escaped(tile.hint)}</p><table>{lines}</table></div>"
 
 
 def _table(block: Table) -> str:
@@ -118,25 +114,25 @@ def _table(block: Table) -> str:
     is_number = [pd.api.types.is_numeric_dtype(dtype) for dtype in table.dtypes]
     sides = ['class="number"' if right else "" for right in is_number]
     heads = "".join(
-        f"<th {side}>{_text(heading(str(name)))}</th>" for name, side in zip(table.columns, sides, strict=True)
+        f"<th {side}>{escaped(heading(str(name)))}</th>" for name, side in zip(table.columns, sides, strict=True)
     )
     cells = (
         (f"<td {side}>{_cell(value, block.digits)}</td>" for value, side in zip(row, sides, strict=True))
         for row in table.itertuples(index=False, name=None)
     )
     rows = "".join(f"<tr>{''.join(row)}</tr>" for row in cells)
-    caption = f"<caption>{_text(block.caption)}</caption>" if block.caption else ""
+    caption = f"<caption>{escaped(block.caption)}</caption>" if block.caption else ""
     return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
 
 
 def _cell(value: object, digits: int) -> str:
     if value is None or value is pd.NA or (isinstance(value, float) and pd.isna(value)) or value == "":
         return MISSING
-    return f"{value:.{digits}f}".replace("-", "−") if isinstance(value, float) else _text(value)
+    return f"{value:.{digits}f}".replace("-", "−") if isinstance(value, float) else escaped(value)
 
 
 def _image(content: bytes, medium: str, alt: str) -> str:
-    return f'<img alt="{_text(alt)}" src="data:{medium};base64,{base64.b64encode(content).decode("ascii")}">'
+    return f'<img alt="{escaped(alt)}" src="data:{medium};base64,{base64.b64encode(content).decode("ascii")}">'
 
 
 def _content(pin: Pin) -> str:
@@ -159,25 +155,3 @@ def _packed_sound(content: bytes) -> tuple[bytes, str]:
     except (soundfile.SoundFileError, TypeError, ValueError):
         return content, "audio/wav"
     return packed.getvalue(), SOUND_AS[1]
-
-
-def _pin_caption(pin: Pin) -> str:
-    """What a pin shows, of what, with which numbers, and what was noted."""
-    places = {
-        "dataset": pin.dataset,
-        "recording": pin.recording,
-        "frame": pin.frame,
-        "run": pin.run,
-    }
-    where = ", ".join(f"{name} {value}" for name, value in places.items() if value is not None)
-    shown = "".join(f"<li>{_text(name)} <b>{_text(value)}</b></li>" for name, value in pin.numbers.items())
-    with_what = ", ".join(f"{name} {value}" for name, value in pin.parameters.items())
-    parts = [
-        f"<b>{_text(pin.title)}</b>",
-        f'<p class="note">{_text(pin.note)}</p>' if pin.note else "",
-        f'<ul class="numbers">{shown}</ul>' if shown else "",
-        f"<p>{_text(where[:1].upper() + where[1:])}.</p>" if where else "",
-        f"<p>Parameters: {_text(with_what)}.</p>" if with_what else "",
-        f"<p>Address in the app: <code>{_text(pin.link)}</code></p>" if pin.link else "",
-    ]
-    return "".join(parts)
