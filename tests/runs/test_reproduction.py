@@ -1,4 +1,5 @@
 import errno
+import html
 import json
 import os
 import shutil
@@ -164,8 +165,9 @@ def test_the_paper_s_protocol_judges_mass_on_its_fifth_and_says_so(root, made, t
     assert set(found.rows["protocol"]) == {"paper"}
     weighed = found.rows["container_mass_g"].notna().sum()
     assert 0 < weighed < COUNT / 2
-    assert "The paper's protocol" in found.report.read_text(encoding="utf-8")
-    assert "least loss" in found.report.read_text(encoding="utf-8")
+    report = html.unescape(found.report.read_text(encoding="utf-8"))
+    assert "The paper's protocol" in report
+    assert "least loss" in report
 
 
 def test_labels_learned_by_heart_do_not_reach_the_tables(root, tmp_path, monkeypatch):
