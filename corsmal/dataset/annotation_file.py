@@ -107,7 +107,7 @@ def read_annotation_file(path: Path, *, file: str) -> Annotations:
         rows = [dict(zip(table.names, row, strict=True)) for row in table.rows]
         containers, notes = dict(CONTAINERS), list(table.notes)
     by_id, by_container, problems = _collect(rows, containers)
-    findings = [Finding("note", "annotation", note, file=file) for note in notes]
+    findings = [Finding("note", "annotation", "; ".join(notes), file=file)] if notes else []
     findings += [Finding("warning", "annotation", problem, file=file) for problem in problems]
     return Annotations(by_id, tuple(findings), by_container)
 

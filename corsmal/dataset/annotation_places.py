@@ -7,7 +7,7 @@ from pathlib import Path
 
 from corsmal.dataset.annotation_file import Annotations, read_annotation_file
 from corsmal.dataset.findings import Finding
-from corsmal.dataset.places import listing
+from corsmal.dataset.places import listing, shown_path
 from corsmal.errors import FileError
 
 _ANNOTATION = re.compile(r".*annotation.*\.(json|csv|tsv|txt)", re.IGNORECASE)
@@ -84,9 +84,11 @@ def _read_elsewhere(place: Path, names: list[str], *, root: Path, ids: Collectio
     where = "beside the folder" if place == root.parent else f"in the folder {place.name}"
     if place == root.parent and not set(ids) & set(read.by_id) and not read.by_container:
         return None
-    named = [replace(finding, file=str(place / finding.file)) for finding in read.findings]
+    named = [replace(finding, file=shown_path(place / finding.file, root)) for finding in read.findings]
     used = candidates(names)[0]
-    lies = Finding("note", "annotation", f"is used as the annotation; it lies {where}", file=str(place / used))
+    lies = Finding(
+        "note", "annotation", f"is used as the annotation; it lies {where}", file=shown_path(place / used, root)
+    )
     return replace(read, findings=(lies, *named))
 
 

@@ -24,7 +24,10 @@ _COPY = re.compile(
 """What browsers and file managers call another copy of a file."""
 
 _REASONS: Mapping[tuple[str, ...], tuple[str, str]] = {
-    (".part", ".crdownload", ".download", ".partial", ".tmp", ".!ut"): ("is an unfinished download", "finish it"),
+    (".part", ".crdownload", ".download", ".partial", ".tmp", ".!ut"): (
+        "is an unfinished download",
+        "finish the download",
+    ),
     (".zip", ".tar", ".gz", ".tgz", ".7z", ".rar", ".bz2", ".xz"): ("is an archive", "unpack it here"),
     (".mp3", ".m4a", ".aac", ".ogg", ".opus", ".wma", ".aif", ".aiff"): (
         "is sound in a form that is not read",
@@ -118,13 +121,15 @@ def files_by_id(inside: Listing, endings: Sequence[str], *, root: Path) -> Found
         stem, ending = os.path.splitext(name)
         original = _original(stem) if ending.lower() in endings else None
         if original is not None:
-            what = f"is named like a copy of {original} and not used"
+            what = f"is named like a copy of {original} and is not used"
             advice = f"rename it to {original}{ending} if it is the one to use"
             findings.append(Finding("warning", "unused", what, f"{folder}/{name}", original, advice))
         elif (why := reason_against(stem, ending.lower(), endings)) is None:
             of_id.setdefault(str(recording_id(stem)), []).append(name)
         else:
-            findings.append(Finding("warning", "unused", f"{why[0]} and not used", f"{folder}/{name}", advice=why[1]))
+            findings.append(
+                Finding("warning", "unused", f"{why[0]} and is not used", f"{folder}/{name}", advice=why[1])
+            )
     findings += folder_findings((inside.path / name for name in inside.folders), root=root)
     links = (f"{folder}/{name}" for name in inside.broken)
     findings += [Finding("warning", "unused", "is a link that leads nowhere", link) for link in links]
@@ -142,8 +147,10 @@ def files_by_id(inside: Listing, endings: Sequence[str], *, root: Path) -> Found
 
 
 def shown_path(path: Path, root: Path) -> str:
-    """A path within the dataset's folder, as findings name it."""
-    return path.relative_to(root).as_posix() if path.is_relative_to(root) else str(path)
+    """A path as findings name it: from the dataset's folder, unless it lies far from it."""
+    if path.is_relative_to(root.parent):
+        return Path(os.path.relpath(path, root)).as_posix()
+    return str(path)
 
 
 def folder_findings(folders: Iterable[Path], *, root: Path) -> list[Finding]:

@@ -199,5 +199,5 @@ def _stray(inside: Listing, *, root: Path) -> list[Finding]:
             what = "lies where no recording is looked for and is not used"
             findings.append(Finding("warning", "unused", what, shown, advice=endings[ending]))
         elif (why := reason_against(stem, ending, ("",))) is not None and why[1]:
-            findings.append(Finding("warning", "unused", f"{why[0]} and not used", shown, advice=why[1]))
+            findings.append(Finding("warning", "unused", f"{why[0]} and is not used", shown, advice=why[1]))
     return findings

@@ -42,7 +42,7 @@ def known_findings(dataset: Dataset) -> list[Finding]:
 def show_findings(dataset: Dataset) -> None:
     """The findings of the whole set, with the button that opens all files."""
     found = known_findings(dataset)
-    with st.expander(counted(found), icon=ICONS[found[0].severity if found else "note"]):
+    with st.expander(counted(found), key="findings_expander", icon=ICONS[found[0].severity if found else "note"]):
         if found:
             rows = pd.DataFrame([finding.to_json() for finding in found])[list(COLUMNS)]
             st.dataframe(rows, key="findings", hide_index=True, column_config=COLUMNS, height="auto")

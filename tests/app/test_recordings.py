@@ -140,7 +140,7 @@ def test_findings_of_the_set_and_of_its_files_are_listed(tmp_path: Path) -> None
     assert visitor.test.expander[0].label == "Files: 3 warnings"
     assert visitor.test.dataframe[1].value["file"].iloc[0] == "view1/rgb/000000 (1).mp4"
     assert visitor.warnings == [
-        "view1/rgb/000000 (1).mp4: is named like a copy of 000000 and not used; rename it to 000000.mp4 if it is "
+        "view1/rgb/000000 (1).mp4: is named like a copy of 000000 and is not used; rename it to 000000.mp4 if it is "
         "the one to use"
     ]
     visitor.press("Check all files")
