@@ -119,6 +119,7 @@ def _noting(findings: list[Finding], kind: str) -> Iterator[None]:
     try:
         yield
     except FileError as error:
-        findings.append(Finding("error", kind, error.problem, file=str(error.path)))
+        what, _, advice = error.problem.rpartition("; ")
+        findings.append(Finding("error", kind, what or advice, str(error.path), advice=advice if what else ""))
     except CorsmalError as error:
         findings.append(Finding("error", kind, str(error)))

@@ -289,6 +289,10 @@ def _(place: Place, arguments: list[str]) -> None:
 def _(_: Place, arguments: list[str]) -> None:
     result = CliRunner().invoke(cli.app, [*arguments, "--workers", "1"])
     assert result.exit_code == 1  # recording 000001 has no sound
+    if "--json" in arguments:
+        found = [entry["what"] for entry in json.loads(result.stdout) if entry["severity"] == "warning"]
+        assert "audio is missing in 1 recording: 000001" in found
+        return
     assert "every file can be read" in result.output
     assert "audio is missing in 1 recording: 000001" in result.output
 
