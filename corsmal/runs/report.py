@@ -39,7 +39,7 @@ from corsmal.runs.report_words import answers, banner, tiles
 from corsmal.runs.run import Run
 
 RESAMPLES_SEED = 0
-ROWS_MAX = 200
+ROWS_MAX = 100
 """Recordings that a report lists, the worst first."""
 
 
@@ -224,9 +224,7 @@ def _recordings(judged: JudgedRun) -> Section:
         "Estimates with their errors in % of the truth; failed recordings first, then by error of the capacity."
     ]
     if len(table) > ROWS_MAX:
-        sentences.append(
-            f"The first {ROWS_MAX} of {len(table)}. All: the command `runs export` of the appendix writes them."
-        )
+        sentences.append(f"The first {ROWS_MAX} of {len(table)}. The command “runs export” of the appendix writes all.")
     return Section("Recordings", [Text(sentences), Table(table.head(ROWS_MAX)), Text(recordings_notes(judged.errors))])
 
 

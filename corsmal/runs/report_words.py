@@ -108,8 +108,8 @@ def _sure(judged: "JudgedRun") -> str:
         parts.append("the estimates of this run state no intervals of their own")
     else:
         parts.append(
-            f"of the {NOMINAL_PERCENT:.0f} % intervals that the estimates state, {coverage.count} of {coverage.total} "
-            f"contain the truth ({coverage.value:.0f} %)"
+            f"of the {NOMINAL_PERCENT:.0f} % intervals that the estimates state, {coverage.count:,} of "
+            f"{coverage.total:,} contain the truth ({coverage.value:.0f} %)"
         )
     if count == 1:
         return f"{'; '.join(parts)}. One recording has no spread: how it would be with another one cannot be told."
@@ -133,7 +133,7 @@ def tiles(judged: "JudgedRun") -> Tiles:
             Tile("Failures ↓", "Recordings without an estimate of their own", [failures]),
             Tile(
                 f"Coverage of the {NOMINAL_PERCENT:.0f} % intervals",
-                "How often an estimate's own interval contains the truth",
+                f"How often an estimate's own interval contains the truth; it should be {NOMINAL_PERCENT:.0f} %",
                 [_coverage(each) for each in groups["coverage"]],
             ),
         ]
@@ -156,8 +156,8 @@ def _coverage(headline: Headline) -> TileLine:
     if headline.value is None:
         return TileLine("All", "–", "this run states no intervals")
     label = "All" if headline.name == ALL else headline.label
-    note = "; ".join(filter(None, [f"{headline.count} of {headline.total}", _spread(headline)]))
-    return TileLine(label, f"{headline.value:.0f} %", note)
+    note = "; ".join(filter(None, [f"{headline.count:,} of {headline.total:,}", _spread(headline)]))
+    return TileLine(label, f"{headline.value:.0f} %", note, "worse" if headline.is_significant else "")
 
 
 def _spread(headline: Headline) -> str:

@@ -8,10 +8,12 @@ from corsmal.errors import ArgumentError
 from corsmal.figures.pins import Pin
 from corsmal.figures.report import Commands, Table, Table2, report_html
 from corsmal.parameters import ShapeParameters
+from corsmal.quantities import MEASURED
 from corsmal.runs import make_run
-from corsmal.runs.report import run_report
+from corsmal.runs.report import ROWS_MAX, run_report
 from corsmal.runs.report_appendix import commands
 from corsmal.stages.settings import default_settings
+from tests.tiny import CONTAINERS, annotation_row, write_json
 
 
 @pytest.fixture(scope="module")
@@ -102,3 +104,33 @@ def test_the_commands_of_the_appendix_name_preset_recordings_and_protocol(datase
 def test_a_run_without_rows_of_the_dataset_is_one_sentence(dataset, runs):
     with pytest.raises(ArgumentError, match="estimates"):
         run_report(replace(runs["first"], rows=()), dataset)
+
+
+def test_a_whole_test_set_stands_among_the_teams_with_intervals_and_coverage(tmp_path, runs):
+    root = tmp_path / "test_pub"
+    (root / "audio").mkdir(parents=True)
+    rows = [annotation_row(number, CONTAINERS[number % 3]) for number in range(228)]
+    write_json(root / "ccm_test_annotation.json", {"annotations": rows})
+    whole = open_dataset(root)
+    estimates = [
+        {"recording_id": name, "status": "fitted", "filling_held_out": True, "mass_held_out": True, "notes": "a; b"}
+        | {key: float(known[key]) for key in (*MEASURED, "filling_type", "filling_level")}
+        | {"height_mm": 1.1 * known["height_mm"], "height_mm_low": 1.0, "height_mm_high": 2.0 + place % 2 * 500}
+        for place, (name, known) in enumerate(whole.table.iterrows())
+    ]
+    run = replace(runs["first"], recordings=tuple(whole.ids), rows=tuple(estimates))
+    report = run_report(run, whole)
+    by_heading = {section.heading: section.blocks for section in report.sections}
+    [board, *_] = by_heading["CORSMAL Challenge"]
+    assert board.table["team"].iloc[0] == "first (this run)"
+    assert len(board.table) > 5
+    assert "public test set" in report.banner.text
+    tiles = {tile.title: tile for tile in by_heading["In a minute"][1].tiles}
+    [height] = [line for line in tiles["MAPE ↓"].lines if line.label == "Height"]
+    assert (height.value, height.tone) == ("10.0 %", "")  # the paper's table is of other recordings
+    whole_coverage, height = tiles["Coverage of the 90 % intervals"].lines
+    assert (height.label, height.value, height.tone) == ("Height", "50 %", "worse")
+    assert whole_coverage.note == "114 of 228"
+    _, listed_rows, notes = by_heading["Recordings"]
+    assert len(listed_rows.table) == ROWS_MAX
+    assert notes.sentences == [f"{note}: recordings 000000, 000001, 000002 and 225 more." for note in "AB"]
