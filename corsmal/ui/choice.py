@@ -37,6 +37,7 @@ class Choice:
         camera: from where the hull is seen; None: as it is at first.
         axis: rule for the axis of a restored mask; None: the network's.
         padding_px: around a restored mask's box; None: the network's.
+        numbers: what is typed over the fit's numbers for the mass, by name; None: emptied.
         container: names of the containers whose recordings are listed; empty: all. ``filling``, ``level`` and
             ``scenario`` likewise.
         lacks: which recordings are listed by what is on disk, a key of ``recordings.LACKS``.
@@ -69,6 +70,7 @@ class Choice:
     camera: View | None = None
     axis: str | None = None
     padding_px: int | None = None
+    numbers: tuple[tuple[str, float | None], ...] = ()
     container: tuple[str, ...] = ()
     filling: tuple[str, ...] = ()
     level: tuple[str, ...] = ()
@@ -119,7 +121,12 @@ class Choice:
         return self.shape == SHAPE_PRESETS[self.preset]
 
 
-OF_RECORDING: dict[str, Any] = {"frame": None, "pair": None, "crop_s": None, "camera": None}
+OF_FIT = ("recording", "frame", "pair", "estimate", "shape")
+"""What a fit depends on: with another one ``numbers`` are those of a fit that is not shown any more."""
+
+OF_RECORDING: dict[str, Any] = {
+    "frame": None, "pair": None, "crop_s": None, "camera": None, "numbers": (),
+}  # fmt: skip
 """What does not outlast another recording."""
 
 OF_DATASET: dict[str, Any] = OF_RECORDING | {

@@ -100,6 +100,12 @@ PARAMETERS: dict[str, Number | Options | Switch] = {
 """The parameters of the fit that a page changes and an address holds, by field of ``ShapeParameters``."""
 
 
+TYPED = {"width_top_mm": "w_t", "width_bottom_mm": "w_b", "height_mm": "h", "mm_per_px": "s", "capacity_ml": "C"}
+"""The numbers that the mass depends on, by name: as formulas and the address have them."""
+
+TYPED_LOW, TYPED_HIGH = 0.01, 20_000.0
+
+
 def read_number(text: str, *, whole: bool) -> float:
     """A number in an address.
 

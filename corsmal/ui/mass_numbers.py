@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 import streamlit as st
 
 from corsmal.estimation import Fit
+from corsmal.ui import session
+from corsmal.ui.controls import TYPED, TYPED_HIGH, TYPED_LOW
 from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording
 
@@ -13,23 +15,25 @@ if TYPE_CHECKING:
 
 Numbers = dict[str, float | None]
 
-TYPED, REFUSED = "mass_numbers", "mass_refused"
-LOW, HIGH = 0.01, 20_000.0
-INPUTS = {
-    "width_top_mm": ("w_t", "top width (mm)"),
-    "width_bottom_mm": ("w_b", "bottom width (mm)"),
-    "height_mm": ("h", "height (mm)"),
-    "mm_per_px": ("s", "scale (mm per pixel)"),
-    "capacity_ml": ("C", "capacity (mL), for the filling"),
+FITTED, REFUSED = "mass_fitted", "mass_refused"
+LABELS = {
+    "width_top_mm": "top width (mm)",
+    "width_bottom_mm": "bottom width (mm)",
+    "height_mm": "height (mm)",
+    "mm_per_px": "scale (mm per pixel)",
+    "capacity_ml": "capacity (mL), for the filling",
 }
+INPUTS = {name: (symbol, LABELS[name]) for name, symbol in TYPED.items()}
 
 
 def chosen_numbers(opened: OpenedRecording, fit: Fit, fitted: Numbers) -> Numbers:
     """The numbers as the user typed them over the fit's; those of another fit are forgotten."""
-    identity = (opened.id, fit.pair, fit.frame, tuple(fitted.values()))
-    if st.session_state.get(TYPED, (None,))[0] != identity:
-        st.session_state[TYPED] = identity, fitted
-    return dict(st.session_state[TYPED][1])
+    known, is_linked = st.session_state.get(FITTED), session.is_linked("numbers")
+    st.session_state[FITTED] = now = (opened.id, fit.pair, fit.frame, tuple(fitted.values()))
+    if session.choice().numbers and known not in (None, now) and not is_linked:
+        session.choose(settled=False, numbers=())
+        session.write_address()
+    return fitted | dict(session.choice().numbers)
 
 
 def number_notes(numbers: Numbers, fitted: Numbers, *, network: "MassPredictor | None") -> bool:
@@ -65,7 +69,7 @@ def number_inputs(numbers: Numbers, fitted: Numbers, *, with_scale: bool) -> Non
         if name == "mm_per_px" and not with_scale:
             continue
         key, value = f"mass_{name}", numbers[name]
-        state[key] = None if value is None else min(max(float(value), LOW), HIGH)
+        state[key] = None if value is None else min(max(float(value), TYPED_LOW), TYPED_HIGH)
         st.number_input(
             f"{symbol}, {label}",
             value=None,
@@ -80,7 +84,7 @@ def number_inputs(numbers: Numbers, fitted: Numbers, *, with_scale: bool) -> Non
         "Back to what was measured",
         icon=":material/undo:",
         disabled=numbers == fitted,
-        on_click=lambda: state.pop(TYPED, None),
+        on_click=lambda: session.choose(numbers=()),
         width="stretch",
     )
 
@@ -89,10 +93,11 @@ def _take_over(name: str, key: str) -> None:
     """Take over a number that was typed, or say why not."""
     state = st.session_state
     value = state[key]
-    if value is not None and not LOW <= value <= HIGH:
-        state[REFUSED] = f"{value:g} is not used for the {_words(name)}: it must lie between {LOW:g} and {HIGH:,.0f}."
+    if value is not None and not TYPED_LOW <= value <= TYPED_HIGH:
+        limits = f"{TYPED_LOW:g} and {TYPED_HIGH:,.0f}"
+        state[REFUSED] = f"{value:g} is not used for the {_words(name)}: it must lie between {limits}."
         return
-    state[TYPED] = state[TYPED][0], state[TYPED][1] | {name: value}
+    session.choose(numbers=tuple((dict(session.choice().numbers) | {name: value}).items()))
 
 
 def _words(name: str) -> str:

@@ -89,13 +89,13 @@ def _ways_on(found: Dataset | None, wanted: str | None, current: str | None) -> 
         for folder, other in _candidates(wanted):
             if other.name == Path(_parts(wanted)[0]).name and (current is None or current in other):
                 st.button(
-                    f"Show it in the dataset {other.name} of this server, whose recordings or annotation differ",
+                    f"Show it in the dataset {plain(other.name)} of this server, whose recordings or annotation differ",
                     icon=":material/folder_open:",
                     on_click=_show_in,
                     args=(folder,),
                 )
                 break
-    label = "Continue without the link" if found is None else f"Open {found.name} without the link"
+    label = "Continue without the link" if found is None else f"Open {plain(found.name)} without the link"
     st.button(label, icon=":material/link_off:", on_click=_without_link)
 
 

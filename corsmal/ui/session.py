@@ -9,7 +9,7 @@ import streamlit as st
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from corsmal.dataset import Dataset, Recording
-from corsmal.ui.choice import Choice
+from corsmal.ui.choice import OF_FIT, Choice
 from corsmal.ui.messages import plain
 from corsmal.ui.url import FIELDS, from_params, to_params
 
@@ -34,7 +34,10 @@ def choose(*, settled: bool = True, **changes: Any) -> None:
         changes: fields of ``Choice``.
     """
     if changes:
-        st.session_state[CHOICE] = replace(choice(), **changes)
+        before = choice()
+        if any(getattr(before, name) != changes.get(name, getattr(before, name)) for name in OF_FIT):
+            changes = {"numbers": ()} | changes
+        st.session_state[CHOICE] = replace(before, **changes)
     if changes and settled:
         st.session_state[PROBLEMS] = ()
     if settled:

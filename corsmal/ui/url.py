@@ -17,7 +17,7 @@ from corsmal.mass import AxisRule
 from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange
 from corsmal.selection import Pair
 from corsmal.ui.choice import NOTHING, SHOWN, Choice, View, differences
-from corsmal.ui.controls import PADDING_MAX_PX, PARAMETERS, Number, Switch, read_number
+from corsmal.ui.controls import PADDING_MAX_PX, PARAMETERS, TYPED, TYPED_HIGH, TYPED_LOW, Number, Switch, read_number
 
 NAME_MAX = 80
 BETWEEN = "~"
@@ -115,6 +115,21 @@ def _name(text: str) -> str:
     return text
 
 
+def _numbers(text: str) -> tuple[tuple[str, float | None], ...]:
+    """Numbers that were typed, such as ``h:120~C:`` for a height of 120 mm and no capacity."""
+    names, found = {symbol: name for name, symbol in TYPED.items()}, {}
+    for part in text.split(BETWEEN):
+        symbol, colon, number = part.partition(":")
+        if symbol not in names or not colon:
+            raise ArgumentError(f"expected numbers of {', '.join(names)}, such as h:120{BETWEEN}w_t:80")
+        found[names[symbol]] = Number("", "", TYPED_LOW, TYPED_HIGH, 0.01).parse(number) if number else None
+    return tuple(found.items())
+
+
+def _write_numbers(numbers: tuple[tuple[str, float | None], ...]) -> str:
+    return BETWEEN.join(f"{TYPED[name]}:{'' if value is None else value_text(value)}" for name, value in numbers)
+
+
 def _names(text: str) -> tuple[str, ...]:
     return tuple(_name(part) for part in text.split(BETWEEN))
 
@@ -190,6 +205,7 @@ FIELDS: dict[str, Field] = {
     "camera": Field("camera", _camera, lambda view: "_".join(f"{number:g}" for number in view)),
     "axis": Field("axis", _options(*get_args(AxisRule))),
     "padding": Field("padding_px", _whole(0, PADDING_MAX_PX)),
+    "typed": Field("numbers", _numbers, _write_numbers),
     "container": Field("container", _names, BETWEEN.join),
     "filling": Field("filling", _names, BETWEEN.join),
     "level": Field("level", _names, BETWEEN.join),

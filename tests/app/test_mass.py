@@ -156,10 +156,15 @@ def test_typed_number_changes_the_mass_until_it_is_given_back(
     assert visitor.test.number_input(key="mass_height_mm").value == fitted["height_mm"]
 
 
-def test_typed_numbers_are_forgotten_in_another_frame(visitor: Visitor) -> None:
+def test_typed_numbers_are_in_the_link_and_forgotten_in_another_frame(visitor: Visitor, sound_root: Path) -> None:
     visitor.choose("mass_height_mm", 300.0)
-    visitor.go_to(2)
-    assert visitor.test.number_input(key="mass_height_mm").value < 200
+    assert visitor.address["typed"] == "h:300"
+    other = Visitor(sound_root, **visitor.link).open("mass")
+    assert other.metrics == visitor.metrics
+    for each in (visitor, other):
+        each.go_to(2)
+        assert each.test.number_input(key="mass_height_mm").value < 200
+        assert "typed" not in each.address
 
 
 def test_emptied_number_leaves_no_mass(visitor: Visitor) -> None:

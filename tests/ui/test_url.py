@@ -27,6 +27,7 @@ CHOICES = [
     Choice("1", container=("red cup", "tea box"), filling=("rice",), level=("half",), scenario=("held",), lacks="all"),
     Choice("1", view="reproduction", run="a run & more", section="Errors", protocol="paper", metric="mass_mape"),
     Choice("1", classes="filling_level", beside="counts", against="b", within_percent=12.0, collection="μ-group"),
+    Choice("1", numbers=(("height_mm", 120.5), ("capacity_ml", None), ("mm_per_px", 0.25))),
     Choice("1", rows=("red cup",), only_failed=True),
 ]
 
@@ -96,6 +97,9 @@ def test_defaults_stay_out_of_the_address():
         ({"camera": "1_2_3_4_5_1e9"}, "six numbers"),
         ({"axis": "left"}, "base, whole"),
         ({"padding": "81"}, "0–80"),
+        ({"typed": "h"}, "w_t, w_b, h, s, C"),
+        ({"typed": "x:1"}, "w_t, w_b, h, s, C"),
+        ({"typed": "h:0"}, "0.01–20000"),
         ({"files": "some"}, "all, complete"),
         ({"container": "red cup~"}, "printable"),
         ({"run": " "}, "printable"),

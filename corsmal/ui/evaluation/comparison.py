@@ -1,12 +1,16 @@
 """Two runs side by side: is the change an improvement or luck, and for which recordings."""
 
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
 import streamlit as st
 
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.figures.evaluation import comparison_figure
 from corsmal.runs.run import Run, named_run
 from corsmal.ui import session
-from corsmal.ui.evaluation.downloads import downloads
+from corsmal.ui.evaluation.downloads import downloads, pin_figure
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged, runs
 from corsmal.ui.evaluation.links import clicked_row
 from corsmal.ui.linked_plot import linked_plot, plot_event
@@ -45,11 +49,12 @@ def comparison_section(judged: Judged) -> None:
     chosen = session.choice().metric or "capacity_mape"
     metric = chosen if chosen in metrics else metrics[0]
     averages = table[table["container"] == AVERAGE].assign(metric_name=lambda rows: rows["metric"].map(METRIC_NAMES))
+    figure = comparison_figure(averages, label="metric_name")
     left, right = st.columns(2)
     with left:
         st.markdown("**Averages over the containers.** Click one to see its containers.")
         linked_plot(
-            comparison_figure(averages, label="metric_name"),
+            figure,
             key="comparison",
             label="Differences of the averages with 95 % intervals",
             height_px=420,
@@ -69,8 +74,18 @@ def comparison_section(judged: Judged) -> None:
         "without a line has one recording and no interval. MAPE: left of zero is better; MPF1 (level, type): right of "
         "zero is better."
     )
+    numbers = {row["metric_name"]: _difference(row) for row in averages.to_dict("records")}
+    title = f"Averages against run {first.name}"
+    pin_figure(judged, figure, title=title, key="comparison", numbers=numbers)
     downloads(table, name=f"{first.name}_{run.name}")
     _changed(first, judged)
+
+
+def _difference(row: Mapping[Any, Any]) -> str:
+    """A difference of two runs with its interval, percentage points."""
+    text = f"{row['difference']:+.1f} points"
+    has_interval = pd.notna(row["low"]) and pd.notna(row["high"])
+    return f"{text} (95 % interval {row['low']:+.1f} to {row['high']:+.1f})" if has_interval else text
 
 
 def _changed(first: Run, judged: Judged) -> None:

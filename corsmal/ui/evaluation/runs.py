@@ -88,6 +88,9 @@ def _is_lost(dataset: Dataset, found: list[Run]) -> bool:
 
 
 def _without_runs(dataset: Dataset) -> None:
+    if is_read_only():
+        st.info(f"There is no run on this dataset yet. {READ_ONLY}", icon=":material/lock:")
+        return
     st.info(
         "There is no run on this dataset yet. A run estimates everything about many recordings and is kept under a "
         "name, with its parameters and the digests of weights and files. **Choose the parameters below and press "
@@ -95,9 +98,6 @@ def _without_runs(dataset: Dataset) -> None:
         "here too.",
         icon=":material/play_circle:",
     )
-    if is_read_only():
-        st.caption(f":material/lock: {READ_ONLY}")
-        return
     with st.container(border=True):
         new_run(dataset, [])
 

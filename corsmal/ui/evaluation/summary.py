@@ -12,6 +12,7 @@ from corsmal.figures.style import run_colour
 from corsmal.figures.summary import multiples_figure, multiples_height_px
 from corsmal.quantities import QUANTITIES
 from corsmal.ui import session
+from corsmal.ui.evaluation.downloads import pin_figure
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.evaluation.panel import beside_panel, focus_container, focus_recording, newly_selected
 from corsmal.ui.evaluation.tables import SHORT
@@ -48,13 +49,14 @@ def summary_section(judged: Judged) -> None:
         by_label = {label: metric for metric, label in METRIC_NAMES.items()}
         metric = by_label.get(chosen[1], "capacity_mape")
         focus_recording(str(worst.index[chosen[0]]), section=SECTION, metric=metric)
+    figure = multiples_figure(
+        cells,
+        labels={metric: SHORT.get(metric, label) for metric, label in PANELS.items()},
+        colour=run_colour(judged.run.preset),
+    )
     with beside_panel(judged, section=SECTION):
         linked_plot(
-            multiples_figure(
-                cells,
-                labels={metric: SHORT.get(metric, label) for metric, label in PANELS.items()},
-                colour=run_colour(judged.run.preset),
-            ),
+            figure,
             key="summary",
             label="All metrics by container, beside the paper's",
             height_px=multiples_height_px(cells["container"].nunique(), panels=len(PANELS)),
@@ -64,9 +66,17 @@ def summary_section(judged: Judged) -> None:
             "Errors: the further left, the better; level and type: the further right, the better. Click a point to "
             "list its recordings." + ("" if is_alike else f" **{UNLIKE}**")
         )
+        numbers = {METRIC_NAMES[metric]: f"{value:.1f} %" for metric, value in _averages(cells).items()}
+        pin_figure(judged, figure, title="All metrics by container", key="summary", numbers=numbers)
         st.subheader(f"The {len(worst)} worst recordings" if len(worst) > 1 else "The worst recording")
         one_of("by", names, key="worst_metric", field="metric")
         _worst_table(judged, worst, key=key)
+
+
+def _averages(cells: pd.DataFrame) -> dict[str, float]:
+    """The known averages over the containers, by metric."""
+    rows = cells[cells["container_id"].isna() & cells["value"].notna()]
+    return dict(zip(rows["metric"], rows["value"].astype(float), strict=True))
 
 
 def _tiles(headlines: tuple[Headline, ...], *, is_alike: bool) -> None:

@@ -31,6 +31,10 @@ from corsmal.ui.messages import guarded, plain
 from corsmal.ui.pins.pinning import OWN, OWNED, SAID, collection, fingerprint
 
 KINDS = {FIGURE: "figure", "image/jpeg": "picture", "image/png": "picture", "audio/wav": "sound"}
+NO_PINS = {
+    False: "Nothing is pinned yet: the pages have a *Pin* button under what they show.",
+    True: "No pins are open. Guests can open the collections that are listed here, and those whose links they have.",
+}
 LIST, OPEN, NAME = "pin_list", "pins_open", "pins_name"
 ACTIONS_MAX = 100
 HERE = Path(__file__).parent
@@ -54,7 +58,7 @@ def tray() -> None:
     with st.popover(f"Pins ({len(shown.pins)})", icon=":material/push_pin:", width="stretch", key="pins_tray"):
         _collection_control(shown if is_begun else None)
         if not shown.pins and not shown.removed:
-            st.caption("Nothing is pinned yet: the pages have a *Pin* button under what they show.")
+            st.caption(NO_PINS[is_read_only()])
         else:
             _pin_list(shown)
         if shown.pins:
