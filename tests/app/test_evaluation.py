@@ -12,6 +12,7 @@ from corsmal.dataset import Dataset, open_dataset
 from corsmal.engines import local
 from corsmal.engines.tasks import open_detector, open_predictors
 from corsmal.evaluation import METRICS, container_table, error_table, estimates_table
+from corsmal.figures.pin_collections import load_collection
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import Run, list_runs, make_run
 from corsmal.stages.detections import load_detections
@@ -440,6 +441,9 @@ def test_report_holds_the_run_and_what_was_pinned(dataset: Dataset, monkeypatch:
     monkeypatch.setenv("BROWSER_PATH", "/nowhere/chrome")
     visitor = opened(dataset.root, "Report")
     assert "Nothing is pinned yet" in visitor.sentences
+    visitor.choose("section_control", "Summary")
+    visitor.press("Pin the figure")
+    visitor.choose("section_control", "Report")
     visitor.open("shape")
     visitor.press("Pin the hull")
     visitor.open("evaluation")
@@ -451,6 +455,10 @@ def test_report_holds_the_run_and_what_was_pinned(dataset: Dataset, monkeypatch:
     visitor.wait_for(lambda seen: "Made: first_report.html" in seen.sentences)
     assert "The reader's browser will draw the figures: Drawing figures as files needs Chrome" in visitor.sentences
     page = next(iter(_made().values())).content.decode()
+    of_run, _ = load_collection(visitor.link["pins"], dataset=dataset.fingerprint, store=shared.store()).pins
+    assert (of_run.title, of_run.facts["run"]) == ("All metrics by container, run first", "first")
+    assert of_run.facts["numbers"]["Capacity"].endswith(" %")
+    assert "section=" not in of_run.facts["link"]  # the first one is the default
     assert "<h1>&lt;b&gt;Cups&lt;/b&gt;</h1>" in page
     assert "A. Author" in page
     assert "Hull of 000000" in page
