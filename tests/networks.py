@@ -1,4 +1,4 @@
-"""Networks that have learnt nothing, as files."""
+"""Networks that were not trained: as files, and in place of training where that is not what a test is about."""
 
 from pathlib import Path
 from typing import Any
@@ -16,3 +16,19 @@ def write_networks(folder: Path, *, training: dict[str, Any] | None = None) -> d
     save_filling(paths["filling"], [FillingModel(FillingConfig.paper()).eval()], training=training)
     save_mass(paths["mass"], MassModel(MassConfig.paper()).eval(), training=training)
     return paths
+
+
+def untrained_filling(folder: Path, samples: Any, *, training: Any, index: int, seed: int, **_options: Any) -> Any:
+    """In place of ``corsmal.filling.loop.fit_network``: the first weights, which follow from seed and index."""
+    torch.manual_seed(10 * seed + index)
+    network = FillingModel(training.networks[index])
+    network.learn_statistics([sample.features for sample in samples])
+    folder.mkdir(parents=True, exist_ok=True)
+    save_filling(folder / "network.safetensors", [network.eval()])
+    return network
+
+
+def untrained_mass(module: Any, _folder: Path, _training: Any) -> tuple[float, int]:
+    """In place of ``corsmal.mass.training._fit``: the first weights, which follow from the seed."""
+    module.network.eval()
+    return 1.0, 1

@@ -175,3 +175,15 @@ def _rate_notes(rate_hz: int) -> tuple[Note, ...]:
         f"network learned from above {rate_hz / 2000:g} kHz is missing"
     )
     return (Note(sentence, flag="sound-outside-training"),)
+
+
+def sound_duration_s(path: str | Path) -> float:
+    """The length that a sound file's header gives, in seconds.
+
+    Raises:
+        FileError: the file is absent or no sound file.
+    """
+    try:
+        return float(soundfile.info(str(path)).duration)
+    except (soundfile.SoundFileError, OSError) as error:
+        raise FileError(Path(path), f"cannot be read as sound ({error}); download it again") from error

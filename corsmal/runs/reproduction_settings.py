@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from corsmal.dataset import Dataset, Recording
-from corsmal.dataset.audio import CHANNELS
+from corsmal.dataset.audio import CHANNELS, sound_duration_s
 from corsmal.errors import ArgumentError, FileError
 from corsmal.parameters import METHOD_VIEWS, ShapeParameters
 from corsmal.stages.settings import DetectorSettings
@@ -116,8 +116,11 @@ FRAMES_SEARCHED = 45
 """Frames of a view that a search for the best frame inspects in a recording of ten seconds."""
 
 FIT_S = {"circumferences": 0.05, "outlines": 0.7}
-MEL_S, MEL_EPOCH_S, ARRAY_EPOCH_S = 0.3, 0.014, 0.0025
-"""Of a recording: log-mel of ten seconds with eight channels; an epoch on them; an epoch on an array."""
+MEL_S, ARRAY_EPOCH_S = 0.3, 0.0025
+"""Of a recording: log-mel of ten seconds with eight channels; an epoch on an array."""
+
+MEL_EPOCH_S = (2.0e-3, 1.7e-4)
+"""An epoch on the log-mel of eight channels: per second of sound, and per square second, for the attention."""
 
 MASS_EPOCHS, MASS_EPOCH_S = 150, 0.004
 """Epochs that a training of the mass network lasts, and seconds of one for a recording."""
@@ -133,10 +136,14 @@ def plan(dataset: Dataset, settings: ReproductionSettings, tests: Sequence[Datas
     """
     filmed = [recording for recording in dataset if is_filmed(recording)]
     table = dataset.table
-    labelled = int(table["filling_type"].notna().sum())
+    known = table.index[table["filling_type"].notna()]
+    labelled = len(known)
     weighed = sum(1 for recording in filmed if recording.annotation and recording.annotation.container_mass_g)
     by_container = settings.folds == "containers"
-    epoch_s = labelled * (MEL_EPOCH_S if settings.features is None else ARRAY_EPOCH_S)
+    if settings.features is None:
+        epoch_s = sum(_mel_epoch_s(dataset[name]) for name in known)
+    else:
+        epoch_s = labelled * ARRAY_EPOCH_S
     epochs = (QUICK_EPOCHS if settings.is_quick else 150) if settings.networks == "paper" else 8 * 30
     folds = CONTAINER_FOLDS if by_container else FILLING_FOLDS
     rounds = settings.seeds * folds
@@ -192,6 +199,18 @@ def check_features(folder: Path | None) -> None:
 def is_filmed(recording: Recording) -> bool:
     """Whether there is anything of a recording that a hull could be fitted to."""
     return any(name in recording.views for name in METHOD_VIEWS)
+
+
+def _mel_epoch_s(recording: Recording) -> float:
+    """An epoch on a recording's log-mel: rows are encoded one by one, and each attends to all."""
+    if recording.audio_path is None:
+        return 0.0
+    try:
+        duration_s = sound_duration_s(recording.audio_path)
+    except FileError:
+        return 0.0
+    linear, square = MEL_EPOCH_S
+    return linear * duration_s + square * duration_s**2
 
 
 def _geometry_s(recordings: Iterable[Recording], settings: ReproductionSettings) -> float:

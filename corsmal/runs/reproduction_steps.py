@@ -1,7 +1,7 @@
 """The steps of a reproduction; what each computes is kept under a digest of what it depends on."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -58,6 +58,7 @@ class Work:
         self._out, self._report, self._cancelled = out, report, cancelled
         self._notes: list[str] = []
         self._features: dict[str, str] = {}
+        self._heard = ""
 
     def results(self, tests: Sequence[Dataset]) -> Results:
         """Do what is not done yet."""
@@ -136,7 +137,9 @@ class Work:
                 self._note(f"{name}: {error}; left out of the filling's training")
         if self._settings.features is not None:
             self._features = {name: digest(values) for name, values in found.items()}
-        return filling_samples(self._dataset.table, found)
+        samples = filling_samples(self._dataset.table, found)
+        self._heard = digest([[getattr(sample, field.name) for field in fields(sample)] for sample in samples])
+        return samples
 
     def _filling(self, samples: "list[FillingSample]") -> tuple[pd.DataFrame | None, pd.DataFrame | None]:
         """Predictions of the cross-validation, and those of the round with the least loss."""
@@ -150,7 +153,7 @@ class Work:
         known = self._dataset.table.loc[[sample.recording_id for sample in samples]]
         by_container = self._settings.folds == "containers"
         is_paper = self._settings.protocol == "paper"
-        key = digest("filling", METHOD_VERSION, self._settings.filling, self._settings.folds, is_paper)
+        key = digest("filling", METHOD_VERSION, self._settings.filling, self._settings.folds, is_paper, self._heard)
         folder = self._out / "filling" / f"{self._settings.protocol}-{key[:KEY_DIGITS]}"
         try:
             folds = folds_by_container(known) if by_container else spread_folds(known)
@@ -222,12 +225,11 @@ class Work:
 
         self._step("final networks", 0.0)
         settings = self._settings
-        key = digest("final", METHOD_VERSION, settings.filling, settings.mass, identity_of(rows))
-        folder = self._out / "networks" / key[:KEY_DIGITS]
         paths: list[Path | None] = []
-        for kind, train in (
+        for kind, key, train in (
             (
                 "filling",
+                digest(METHOD_VERSION, settings.filling, self._heard),
                 lambda place: train_filling(
                     place,
                     samples,
@@ -236,10 +238,14 @@ class Work:
                     progress=lambda share: self._step("final networks", share / 2),
                 ),
             ),
-            ("mass", lambda place: final_mass_network(rows, place, settings, trained_on=self._mass_record)),
+            (
+                "mass",
+                digest(METHOD_VERSION, settings.mass, identity_of(rows)),
+                lambda place: final_mass_network(rows, place, settings, trained_on=self._mass_record),
+            ),
         ):
             try:
-                paths.append(train(folder / kind))
+                paths.append(train(self._out / "networks" / f"{kind}-{key[:KEY_DIGITS]}"))
             except ArgumentError as error:
                 self._note(f"There is no final {kind} network: {error}")
                 paths.append(None)

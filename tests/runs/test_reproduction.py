@@ -3,19 +3,23 @@ import html
 import json
 import os
 import shutil
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+import soundfile
 
-from corsmal.dataset import open_dataset
+from corsmal.dataset import Recording, open_dataset
 from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation import read_estimates
 from corsmal.runs import reproduce
 from corsmal.runs.reproduction_results import CancelledError
-from corsmal.runs.reproduction_settings import ReproductionSettings, named_tests, plan
+from corsmal.runs.reproduction_settings import ReproductionSettings, _mel_epoch_s, named_tests, plan
 from corsmal.store import Store
 from corsmal.weights import read_training
+from tests.networks import untrained_filling, untrained_mass
 from tests.tiny import write_tiny_dataset
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
@@ -64,6 +68,13 @@ def made(root, test_root, tmp_path_factory):
     store = Store(tmp_path_factory.mktemp("cache"))
     found = reproduce(root, out=out, settings=QUICK, tests=[test_root], store=store, progress=states.append)
     return found, states, store
+
+
+@pytest.fixture
+def untrained(monkeypatch):
+    """Networks are as they are before their first epoch, which takes no time."""
+    monkeypatch.setattr("corsmal.filling.training.fit_network", untrained_filling)
+    monkeypatch.setattr("corsmal.mass.training._fit", untrained_mass)
 
 
 def refuse(*_args, **_options):
@@ -138,24 +149,29 @@ def test_a_second_call_trains_nothing_and_gives_the_same_bytes(made, root, test_
     assert files_of(found.out) == before
 
 
-@pytest.mark.parametrize("moment", [30, 75])
-def test_a_killed_reproduction_is_resumed_to_the_same_tables(made, root, test_root, tmp_path, moment):
-    found, _, store = made
-    states = []
+@pytest.mark.usefixtures("untrained")
+def test_a_reproduction_that_is_killed_in_every_step_is_resumed_to_the_same_bytes(made, root, test_root, tmp_path):
+    """What an epoch was killed in is for tests of the trainings."""
+    _, _, store = made
+    whole, killed = [
+        partial(reproduce, root, out=tmp_path / name, settings=QUICK, tests=[test_root], store=store)
+        for name in ("whole", "killed")
+    ]
+    whole()
 
     class Killed(BaseException):
         pass
 
-    def kill(state):
-        states.append(state)
-        if len(states) > moment:
-            raise Killed
+    for step in ("geometry", "features", "filling", "masks", "mass", "final networks", "test TEST", "tables"):
 
-    with pytest.raises(Killed):
-        reproduce(root, out=tmp_path, settings=QUICK, tests=[test_root], store=store, progress=kill)
-    again = reproduce(root, out=tmp_path, settings=QUICK, tests=[test_root], store=store)
-    folder = found.report.parent
-    assert files_of(again.report.parent) == files_of(folder)
+        def kill(state, step=step):
+            if state.step == step:
+                raise Killed
+
+        with pytest.raises(Killed):
+            killed(progress=kill)
+    killed()
+    assert files_of(tmp_path / "killed") == files_of(tmp_path / "whole")
 
 
 def test_the_paper_s_protocol_judges_mass_on_its_fifth_and_says_so(root, made, tmp_path):
@@ -172,8 +188,6 @@ def test_the_paper_s_protocol_judges_mass_on_its_fifth_and_says_so(root, made, t
 
 def test_labels_learned_by_heart_do_not_reach_the_tables(root, tmp_path, monkeypatch):
     """Random labels and features that name the recording: in-sample 100 %, held out no better than chance."""
-    import numpy as np  # noqa: PLC0415
-
     from corsmal.filling import FillingPredictor, FillingTraining  # noqa: PLC0415
 
     rng = np.random.default_rng(0)
@@ -192,7 +206,7 @@ def test_labels_learned_by_heart_do_not_reach_the_tables(root, tmp_path, monkeyp
     found = reproduce(copied, out=tmp_path / "out", settings=settings, store=Store(tmp_path / "cache"))
     dataset = open_dataset(copied)
     truth = dataset.table
-    [weights] = (tmp_path / "out" / "networks").glob("*/filling/filling.safetensors")
+    [weights] = (tmp_path / "out" / "networks").glob("filling-*/filling.safetensors")
     predictor = FillingPredictor(weights)
     in_sample = [
         predictor.predict(np.load(arrays / f"{name}.npy")[None]).pair
@@ -217,6 +231,7 @@ def test_a_folder_of_another_reproduction_is_refused(made, test_root):
         reproduce(test_root, out=found.out, settings=QUICK, store=store)
 
 
+@pytest.mark.usefixtures("untrained")
 def test_a_dataset_whose_files_come_later_is_the_same(root, tmp_path):
     copied = shutil.copytree(root, tmp_path / "ROOT")
     sound = next((copied / "audio").glob("*.wav"))
@@ -227,6 +242,7 @@ def test_a_dataset_whose_files_come_later_is_the_same(root, tmp_path):
         shutil.copy(tmp_path / sound.name, sound)
 
 
+@pytest.mark.usefixtures("untrained")
 def test_a_class_in_one_fold_only_is_said_and_the_others_are_judged(tmp_path):
     root = write_dataset(tmp_path / "ROOT", recordings=12)
     change_annotation(root, lambda index: (3, 1) if index == 0 else ((0, 0), (2, 2), (1, 1))[index % 3])
@@ -235,6 +251,7 @@ def test_a_class_in_one_fold_only_is_said_and_the_others_are_judged(tmp_path):
     assert found.rows["filling_type"].notna().sum() == 11, found.notes  # one recording has no sound
 
 
+@pytest.mark.usefixtures("untrained")
 def test_without_any_second_class_the_rest_is_reproduced(tmp_path):
     root = write_dataset(tmp_path / "ROOT", recordings=6)
     change_annotation(root, lambda _: (1, 1))
@@ -287,6 +304,14 @@ def test_the_plan_has_a_time_for_every_step(root, test_root):
     assert all(step.seconds >= 0 for step in steps)
     longer = plan(open_dataset(root), ReproductionSettings(seeds=3))
     assert sum(step.seconds for step in longer) > sum(step.seconds for step in steps)
+
+
+def test_an_epoch_on_sound_of_25_s_is_planned_as_measured(tmp_path):
+    """On two cores an epoch took 0.155 s of a recording of 25 s, 0.014 s of one of 5 s."""
+    for name, seconds in (("short", 5), ("long", 25)):
+        soundfile.write(tmp_path / f"{name}.wav", np.zeros((seconds * 8000, 8), np.int16), 8000)
+    planned = [_mel_epoch_s(Recording(name, audio_path=tmp_path / f"{name}.wav")) for name in ("short", "long")]
+    assert planned == pytest.approx([0.014, 0.155], rel=0.05)
 
 
 def test_wrong_choices_are_named():
