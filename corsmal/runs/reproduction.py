@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 
 import pandas as pd
@@ -95,13 +96,13 @@ def reproduce(
     dataset, test_sets = open_dataset(root), [open_dataset(test) for test in tests]
     _check(dataset, settings)
     _refuse_training_recordings(dataset, test_sets)
-    _claim(out, dataset)
+    began = _claim(out, dataset)
     steps = plan(dataset, settings, test_sets)
     clock = _Clock(steps, progress)
     work = Work(dataset, settings, store=store, engine=engine, out=out, report=clock.at, cancelled=cancelled)
     results = work.results(test_sets)
     clock.at("tables", 0.0)
-    cells, report = write_results(results, settings, out)
+    cells, report = write_results(results, settings, out, began=began)
     clock.at("tables", 1.0)
     return Reproduction(cells, results.rows, report, out, results.notes)
 
@@ -159,8 +160,8 @@ def _refuse_training_recordings(dataset: Dataset, tests: Sequence[Dataset]) -> N
             )
 
 
-def _claim(out: Path, dataset: Dataset) -> None:
-    """Write down whose reproduction the folder holds, or check that it is this dataset's."""
+def _claim(out: Path, dataset: Dataset) -> date:
+    """Write down whose reproduction the folder holds, or check that it is this dataset's; the day it was begun."""
     path = out / CLAIM
     annotated = dataset.table.dropna(subset=["container_id"]).drop(columns="missing")  # files may come later
     identity = f"{dataset.name} {digest('annotation', annotated.to_csv())}\n"
@@ -169,9 +170,10 @@ def _claim(out: Path, dataset: Dataset) -> None:
     except (FileNotFoundError, NotADirectoryError):
         with writing(path, advice="choose another folder") as part:
             part.write_text(identity, encoding="utf-8")
-        return
+        found = identity
     except (OSError, ValueError) as error:
         raise FileError(path, "cannot be read; choose another folder") from error
     if found != identity:
         name = next(iter(found.split()), "unknown")
         raise FileError(out, f"holds the reproduction of another dataset ({name}); choose another folder")
+    return date.fromtimestamp(path.stat().st_mtime)

@@ -38,13 +38,16 @@ LABELS = {"filling_level": "Filling level", "filling_type": "Filling type"}
 RESAMPLES_SEED = 0
 
 
-def write_results(results: Results, settings: ReproductionSettings, out: Path) -> tuple[pd.DataFrame, Path]:
+def write_results(
+    results: Results, settings: ReproductionSettings, out: Path, *, began: date
+) -> tuple[pd.DataFrame, Path]:
     """Write everything that a reproduction leaves, in a folder named after its protocol and folds.
 
     Args:
         results: what the steps found.
         settings: of the reproduction.
         out: the reproduction's folder.
+        began: the day of the report: a reproduction that is resumed on another day leaves the same bytes.
 
     Returns:
         Table 2 cell by cell, and the path of the report.
@@ -66,9 +69,8 @@ def write_results(results: Results, settings: ReproductionSettings, out: Path) -
     scores = {test.name: _test_table(test, folder) for test in results.tests}
     confusions = {quantity: _confusions(results, errors, quantity) for quantity in LABELS}
     report = folder / REPORT
-    _write(
-        report, report_html(_report(results, settings, cells=cells, confusions=confusions, scores=scores, notes=notes))
-    )
+    found = _report(results, settings, cells=cells, confusions=confusions, scores=scores, notes=notes, began=began)
+    _write(report, report_html(found))
     write_summary(folder, settings, confusions=confusions, scores=scores, notes=notes)
     return cells, report
 
@@ -87,6 +89,7 @@ def _report(
     confusions: Confusions,
     scores: Mapping[str, pd.DataFrame],
     notes: Sequence[str],
+    began: date,
 ) -> Report:
     """The report; its few figures are drawn by the reader's browser, so that none is needed here."""
     split = find_split(results.dataset.table, name=results.dataset.name)
@@ -107,7 +110,7 @@ def _report(
     return Report(
         title=f"Reproduction of the paper's evaluation on {results.dataset.name}",
         author="",
-        made=f"{date.today():%-d %B %Y}",
+        made=f"{began:%-d %B %Y}",
         banner=Banner("Synthetic data" if synthetic else "Real recordings", settings.sentence(), synthetic),
         sections=[
             Section("Table 2", [Table2(cells, caption, split.split == "train"), *_seeds(results, settings)]),
