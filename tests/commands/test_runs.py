@@ -10,6 +10,8 @@ from corsmal.dataset import open_dataset
 from corsmal.engines import local
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.evaluation import read_estimates
+from corsmal.figures.pin_collections import add_pins
+from corsmal.figures.pins import Pin
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import list_runs, load_run, make_run
 from corsmal.stages.settings import DetectorSettings, default_settings
@@ -139,3 +141,21 @@ def test_errors_are_attributed_as_on_the_page(root):
     assert "With the annotated filling " in output
     result = CliRunner().invoke(cli.app, ["attribute", str(root)])
     assert result.exit_code == 2
+
+
+def test_a_report_shows_a_collection_of_pins_and_says_what_there_is_instead(root, monkeypatch):
+    monkeypatch.setenv("BROWSER_PATH", "/nowhere/chrome")
+    command("estimate", root, "000000")
+    pin = Pin("The picture", content=b"x", medium="image/png")
+    add_pins("talk", [pin], dataset=open_dataset(root).fingerprint, store=Store())
+    command("report", root, "paper", "--pins", "talk", "--title", "A talk")
+    written = Path("report.html").read_text(encoding="utf-8")
+    assert "<h1>A talk</h1>" in written
+    assert "The picture" in written
+    for arguments, problem in (
+        (["paper", "--pins", "lecture"], "there is no pin in a collection 'lecture'"),
+        (["nobody"], "there is no run 'nobody'"),
+        (["paper", "--against", "lode"], "there is no run 'lode'"),
+    ):
+        with pytest.raises(NotFoundError, match=problem):
+            command("report", root, *arguments)

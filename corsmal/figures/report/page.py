@@ -70,7 +70,7 @@ def _section(section: Section, writer: Writer) -> str:
 def _packed_plotly() -> str:
     """Plotly's code, packed to less than half: as text that a page can unpack."""
     code = plotly.offline.get_plotlyjs().encode()
-    return base64.b64encode(gzip.compress(code, compresslevel=9, mtime=0)).decode("ascii")
+    return base64.b64encode(gzip.compress(code, compresslevel=6, mtime=0)).decode("ascii")
 
 
 @cache
