@@ -1,6 +1,7 @@
 """Fixtures that more than one folder of tests uses, and how tests are shared out to several processes."""
 
 import os
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,11 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
     """With ``-n`` the tests of a file stay in one process, files keep their order, and a process has one thread.
 
     Fixtures of a module are made once, the long tests of a browser do not come last, and threads that wait for each
-    other do not take the cores from the other processes.
+    other do not take the cores from the other processes. What draws the demo is compiled once, not in each process.
     """
+    compiled = tempfile.TemporaryDirectory(prefix="corsmal-tests-")
+    config.add_cleanup(compiled.cleanup)
+    os.environ.setdefault("NUMBA_CACHE_DIR", compiled.name)
     if getattr(config.option, "numprocesses", None):
         config.option.dist, config.option.loadscopereorder = "loadfile", False
         os.environ.setdefault("OMP_NUM_THREADS", "1")
