@@ -72,6 +72,7 @@ class RunPace:
     Rows that are read come at once, and a detector takes longer than all the rest: one pace for all of them would
     promise far too little or too much. The time between two rows counts for the kind of the second. With several
     workers that is right on the average over as many rows as there are workers; nothing is said before these are there.
+    The first row of each worker, which had to start and to read networks, counts only until there are others.
 
     Args:
         work: by recording, what is to be done.
@@ -94,6 +95,7 @@ class RunPace:
         self._wanted: dict[Work, int] = {kind: counts[kind] for kind in kinds}
         self._done: dict[Work, int] = dict.fromkeys(kinds, 0)
         self._times_s: dict[Work, deque[float]] = {kind: deque(maxlen=RECENT * workers) for kind in kinds}
+        self._first_s: dict[Work, list[float]] = {kind: [] for kind in kinds}
         self._last_s = clock()
         self._frames: tuple[int, int] | None = None
         self._told()
@@ -104,7 +106,8 @@ class RunPace:
         now_s = self._clock()
         if kind is not None:
             self._done[kind] += 1
-            self._times_s[kind].append(now_s - self._last_s)
+            is_first = kind != "read" and sum(map(len, self._first_s.values())) < self._workers
+            (self._first_s if is_first else self._times_s)[kind].append(now_s - self._last_s)
         self._last_s, self._frames = now_s, None
         return self._told()
 
@@ -130,6 +133,8 @@ class RunPace:
         for kind, wanted in self._wanted.items():
             left, times_s = wanted - self._done[kind], [*self._times_s[kind]]
             enough = 1 if kind == "read" else min(self._workers, wanted)
+            if len(times_s) < enough:
+                times_s += self._first_s[kind]
             times_s = times_s if len(times_s) >= enough else []
             if kind == "detect" and left and self._frames and self._frames[0] >= FRAMES_LEAST:
                 spent_s = self._clock() - self._last_s

@@ -65,7 +65,7 @@ def new_run(dataset: Dataset, taken: list[str]) -> None:
     settings = default_settings(dataset, shape=presets[preset], detector=detector)
     left_out = left_out_note(dataset, settings)
     if left_out:
-        st.caption(f":material/info: {plain(left_out)}")
+        st.caption(f":material/info: {left_out}")
     is_running = shared.jobs().is_active(job_key(dataset))
     if st.button("Run", type="primary", icon=":material/play_arrow:", disabled=not ids or is_running, key="start_run"):
         try:

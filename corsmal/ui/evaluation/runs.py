@@ -122,7 +122,7 @@ def _picker(dataset: Dataset, found: list[Run], *, is_lost: bool) -> Run | None:
     )
     if run is None:
         return None
-    if wanted is None:
+    if wanted != run.short_id:  # none yet, or a name: of a run that has just begun, or in an older address
         session.choose(settled=False, run=run.short_id)
         session.write_address()
     if is_read_only():
@@ -158,7 +158,8 @@ def _picker(dataset: Dataset, found: list[Run], *, is_lost: bool) -> Run | None:
 
 def _label(run: Run) -> str:
     state = "" if run.is_complete else f", {len(run.rows)} done"
-    return f"{run.name} · {len(run.recordings)} recordings{state} · {run.created[:10]}"
+    count = len(run.recordings)
+    return f"{run.name} · {count} recording{'' if count == 1 else 's'}{state} · {run.created[:10]}"
 
 
 def _about(dataset: Dataset, run: Run, *, is_running: bool) -> None:

@@ -103,7 +103,8 @@ def _compared(each: Headline, *, is_alike: bool) -> str:
     if each.value is None or each.reference is None or each.difference is None:
         return f"{each.group}, {'no number that counts' if each.value is None else 'not in the paper'}"
     verdict = "better" if (each.difference < 0) == each.is_lower_better else "worse"
-    verdict = f": {verdict if each.is_significant else 'no clear difference'}" if is_alike else ""
+    verdict = f": {verdict if each.is_significant else 'no clear difference'}"
+    verdict = verdict if is_alike and each.low is not None else ""  # of a single recording nothing can be said
     return f"{each.group}, paper {each.reference:.1f} %{verdict}"
 
 
