@@ -107,7 +107,11 @@ def read_annotation_file(path: Path, *, file: str) -> Annotations:
         rows = [dict(zip(table.names, row, strict=True)) for row in table.rows]
         containers, notes = dict(CONTAINERS), list(table.notes)
     by_id, by_container, problems = _collect(rows, containers)
-    findings = [Finding("note", "annotation", "; ".join(notes), file=file)] if notes else []
+    present = {"id"}.union(*rows)
+    absent = [column.key for column in _COLUMNS.values() if column.key not in present] if by_id else []
+    notes = ["; ".join(notes)] if notes else []
+    notes += [f"there is no column {', '.join(repr(key) for key in absent)}"] if absent else []
+    findings = [Finding("note", "annotation", note, file=file) for note in notes]
     findings += [Finding("warning", "annotation", problem, file=file) for problem in problems]
     return Annotations(by_id, tuple(findings), by_container)
 
@@ -150,11 +154,8 @@ def _collect(
     """Annotations by recording id, or by container where no row has one, and what was wrong with the rows."""
     problems = []
     present = {key for row in rows for key in row}
-    absent = [column.key for column in _COLUMNS.values() if column.key not in present]
-    if rows and absent:
-        problems.append(f"there is no column {', '.join(repr(key) for key in absent)}")
+    unusable: dict[str, list[str]] = {column.key: [] for column in _COLUMNS.values() if column.key in present}
     by_id: dict[str, Annotation] = {}
-    unusable: dict[str, list[str]] = {column.key: [] for column in _COLUMNS.values() if column.key not in absent}
     by_container: dict[int, Annotation] = {}
     has_ids = "id" in present
     without_id, repeated = 0, []

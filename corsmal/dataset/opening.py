@@ -16,7 +16,7 @@ from corsmal.dataset.layout import Recording
 from corsmal.dataset.older_layout import known_by_names
 from corsmal.dataset.places import listing
 from corsmal.dataset.published import CUTS_S, cut_findings, cut_s
-from corsmal.dataset.scanning import Layout, has_layout, scan
+from corsmal.dataset.scanning import Layout, has_layout, is_part, scan
 from corsmal.digests import digest
 from corsmal.errors import FileError, NotFoundError
 
@@ -164,6 +164,9 @@ def _findings(layout: Layout, annotations: Annotations, ends_s: Mapping[str, flo
     if annotated and filmed and not layout.is_older and not annotated & filmed:
         what = f"the annotation has none of the recordings' ids: {listed(sorted(filmed))} there, {min(annotated)} here"
         yield Finding("warning", "annotation", what, advice="name the files after the annotation's ids")
+    if annotations.by_container and not layout.is_older:
+        what = "the annotation is not used: it has no column 'id', so its rows are of no recordings"
+        yield Finding("warning", "annotation", what, advice="name the column with the recordings' ids")
     if renamed := layout.named_otherwise():
         name, path = renamed[0]
         what = f"{len(renamed)} file{'s are' if len(renamed) > 1 else ' is'} named otherwise than the recording's id"
@@ -189,9 +192,12 @@ def _existing_folder(root: str | Path) -> Path:
 
 
 def _hint(root: Path) -> str:
-    """Where the dataset may be instead: one level down."""
+    """Where the dataset may be instead: one level down, or above its folder of a view, of sounds or of a part."""
     try:
         inner = [name for name in listing(root).folders if has_layout(root / name)]
+        above = next((folder for folder in root.parents[:2] if is_part(root, of=folder)), None)
     except FileError:
         return ""
-    return f"; did you mean its folder {inner[0]!r}?" if inner else ""
+    if inner:
+        return f"; did you mean its folder {inner[0]!r}?"
+    return f"; did you mean the folder {str(above)!r}?" if above is not None else ""

@@ -23,6 +23,8 @@ _COPY = re.compile(
 )
 """What browsers and file managers call another copy of a file."""
 
+_OF_SYSTEMS = {"thumbs.db", "desktop.ini"}
+
 _REASONS: Mapping[tuple[str, ...], tuple[str, str]] = {
     (".part", ".crdownload", ".download", ".partial", ".tmp", ".!ut"): (
         "is an unfinished download",
@@ -78,7 +80,7 @@ def listing(folder: Path) -> Listing:
         with os.scandir(folder) as entries:
             for entry in entries:
                 is_file, is_folder = entry.is_file(), entry.is_dir()
-                if entry.name.startswith("."):
+                if entry.name.startswith(".") or entry.name.lower() in _OF_SYSTEMS:
                     hidden += [entry.name] if is_file else []
                 elif is_file:
                     files.append(entry.name)

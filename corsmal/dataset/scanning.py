@@ -137,6 +137,12 @@ def has_layout(folder: Path) -> bool:
     return any(inside.folder(part) for part in (*VIEWS, *_SOUNDS)) or bool(find_containers(inside))
 
 
+def is_part(folder: Path, *, of: Path) -> bool:
+    """Whether a folder is that of a view or of sounds in another folder, or lies in one."""
+    inside = listing(of)
+    return any(path in (folder, folder.parent) for part in (*VIEWS, *_SOUNDS) if (path := inside.folder(part)))
+
+
 def _present(top: Listing) -> Layout:
     root = top.path
     files: dict[str, Files] = {part: {view: {} for view in VIEWS} for part in _PARTS}

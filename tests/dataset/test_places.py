@@ -115,11 +115,11 @@ def test_what_is_not_used_is_named_with_the_reason(tmp_path: Path, name: str) ->
 
 
 def test_links_that_lead_nowhere_and_hidden_files_are_named(tmp_path: Path) -> None:
-    touch(tmp_path, "view1/rgb/000003.mp4", "view1/rgb/._000003.mp4", "view1/rgb/.DS_Store")
+    touch(tmp_path, "view1/rgb/000003.mp4", "view1/rgb/._000003.mp4", "view1/rgb/.DS_Store", "view1/rgb/Thumbs.db")
     (tmp_path / "view1/rgb/000004.mp4").symlink_to(tmp_path / "nowhere.mp4")
     found = unused(open_dataset(tmp_path))
     assert found["view1/rgb/000004.mp4"].endswith("is a link that leads nowhere")
-    assert found["view1/rgb"].endswith("hidden files are not used: .DS_Store and 1 more")
+    assert found["view1/rgb"].endswith("hidden files are not used: .DS_Store and 2 more")
 
 
 @pytest.mark.parametrize(
@@ -156,6 +156,13 @@ def test_folder_above_is_pointed_down_even_with_an_annotation(tmp_path: Path) ->
     write_json(tmp_path / "data/ccm_train_annotation.json", {"annotations": [ROW]})
     with pytest.raises(FileError, match="did you mean its folder 'train'"):
         open_dataset(tmp_path / "data")
+
+
+@pytest.mark.parametrize("part", ["view1", "view1/rgb", "audio"])
+def test_a_part_of_a_dataset_points_up(tmp_path: Path, part: str) -> None:
+    touch(tmp_path, "view1/rgb/000003.mp4", "audio/000003.wav")
+    with pytest.raises(FileError, match=f"did you mean the folder '{tmp_path}'"):
+        open_dataset(tmp_path / part)
 
 
 def test_names_that_the_annotation_does_not_have_are_said(tmp_path: Path) -> None:

@@ -161,6 +161,12 @@ def test_alone_in_its_folder_a_broken_annotation_is_the_error(tmp_path: Path) ->
         open_dataset(tmp_path)
 
 
+def test_a_table_of_containers_is_no_annotation_of_recordings(tmp_path: Path) -> None:
+    dataset = opened(tmp_path, "container id,height\n4,91\n")
+    assert any("it has no column 'id'" in problem for problem in dataset.problems)
+    assert dataset["000000"].annotation is None
+
+
 def test_first_column_without_heading_can_be_the_ids(tmp_path: Path) -> None:
     dataset = opened(tmp_path, ",height\n618,119\n17,98\n")
     assert dataset.ids == ("000000", "000017", "000618")
