@@ -81,7 +81,8 @@ def _result(headlines: Sequence[Headline]) -> str:
     by_name = {each.name: each for each in headlines if each.group in ("MAPE", "MPF1") and each.value is not None}
     sentences = []
     if "capacity_mape" in by_name:
-        sentences.append(f"The capacity is off by {_percent(by_name['capacity_mape'])} on average")
+        mean = " on average" if by_name["capacity_mape"].total > 1 else ""
+        sentences.append(f"The capacity is off by {_percent(by_name['capacity_mape'])}{mean}")
     sizes = [by_name[name] for name in ("width_top_mape", "width_bottom_mape", "height_mape") if name in by_name]
     if sizes:
         low, high = (pick(each.value or 0.0 for each in sizes) for pick in (min, max))

@@ -7,7 +7,7 @@ from corsmal.figures.export import Picture, Progress, draw_pictures
 from corsmal.figures.paper import is_spatial, on_paper, still
 from corsmal.figures.report.blocks import Chart, Pinned, Report
 
-WIDTH_PX = 960
+WIDTH_PX, SPATIAL_WIDTH_PX = 960, 720
 HEIGHT_PX, SPATIAL_HEIGHT_PX = 420, 500
 """Of pinned figures without a height of their own."""
 SPATIAL_SCALE = 1.25
@@ -22,9 +22,9 @@ def figure_parts(block: Chart | Pinned) -> dict[str, Any]:
     if figure is None:
         return {"data": [], "layout": {}}
     parts = on_paper(figure, is_still=False)
-    height = HEIGHT_PX if not is_spatial(parts) else SPATIAL_HEIGHT_PX
+    width, height = (SPATIAL_WIDTH_PX, SPATIAL_HEIGHT_PX) if is_spatial(parts) else (WIDTH_PX, HEIGHT_PX)
     own = block.height_px if isinstance(block, Chart) else parts["layout"].get("height") or height
-    parts["layout"] |= {"width": WIDTH_PX, "height": own}
+    parts["layout"] |= {"width": width, "height": own}
     return parts
 
 

@@ -48,7 +48,7 @@ def _clip(opened: OpenedRecording, crop_s: sound.Seconds | None, *, has_answer: 
         answers = {"Filling type": TYPE_NAMES[kind], "Filling level": LEVEL_NAMES[level]}
         shares = prediction.probabilities
         numbers = {label: f"{answer}, {100 * shares[answer]:.0f} %" for label, answer in answers.items()}
-        parameters["filling network"] = sound.predictor().digest[:8]
+        parameters["filling network"] = sound.predictor().digest.rsplit(maxsplit=1)[-1][:8]
     return Pin(
         title,
         content=sound.wav(opened, channel, crop_s),

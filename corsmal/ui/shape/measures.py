@@ -60,7 +60,7 @@ def measured_numbers(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fi
     for quantity in GEOMETRY:
         if (value := getattr(found, quantity)) is not None:
             sure = _sureness(found, quantity, name).removeprefix(f"{name}: ")
-            numbers[f"{BY_NAME[quantity].label}, whole recording, {name}"] = f"{amount(quantity, value)} ({sure})"
+            numbers[f"{BY_NAME[quantity].label}, whole recording, {name}"] = f"{amount(quantity, value)}; {sure}"
     return numbers
 
 
