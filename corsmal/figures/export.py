@@ -9,6 +9,7 @@ needs an open page. Without a browser everything else works; exporting says in o
 
 import asyncio
 import os
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -40,6 +41,9 @@ NO_BROWSER = (
 
 Picture = tuple[dict[str, Any], dict[str, Any]]
 """A figure's plain values, and Kaleido's options: format, width, height and scale."""
+
+_browsers = threading.BoundedSemaphore(2)
+"""Browsers of one process at a time, however many visitors download figures."""
 
 Progress = Callable[[int, int], None]
 """Is called with the number done and their total."""
@@ -158,7 +162,7 @@ def draw_pictures(
     """
     if not pictures:
         return []
-    with ThreadPoolExecutor(1) as executor:  # the caller may have an event loop of its own
+    with _browsers, ThreadPoolExecutor(1) as executor:  # the caller may have an event loop of its own
         return executor.submit(lambda: asyncio.run(_draw(pictures, progress, cancelled))).result()
 
 

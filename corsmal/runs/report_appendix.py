@@ -93,10 +93,10 @@ def appendix(run: Run, dataset: Dataset, *, protocol: Protocol, against: Run | N
     own = {"This run": run.settings.shape}
     others = {} if against is None else {f"run {against.name}": against.settings.shape}
     blocks: list[Block] = [
-        Table(parameters_table(own | others), "Parameters of the fit"),
-        Table(_facts_table(run), "What the run was made with"),
         Text(["These commands make the numbers again; the dataset's folder is given here by its name only:"]),
         Commands(commands(run, dataset, protocol=protocol, against=against)),
+        Table(parameters_table(own | others), "Parameters of the fit"),
+        Table(_facts_table(run), "What the run was made with"),
     ]
     return Section("Appendix: parameters, digests, commands", blocks, starts_page=True)
 
