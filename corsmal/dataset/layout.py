@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from corsmal.dataset.annotation import Annotation
 from corsmal.dataset.audio import Audio, read_audio
 from corsmal.dataset.calibration import Calibration, read_calibration
+from corsmal.dataset.clock import FrameClock, Matching, recording_clock
 from corsmal.digests import file_fingerprint
 from corsmal.errors import FileError, NotFoundError
 from corsmal.geometry import Camera
@@ -94,6 +95,7 @@ class Recording:
         missing: what it lacks, such as ``view2 video`` or ``audio``. A calibration lacks only where its video exists.
         truth_path: what was drawn and played, as JSON; None where the recording is not synthetic.
         sound_end_s: where its sound is cut, in seconds from the start, see ``published.cut_s``; None: used whole.
+        matching: how the frames of its views are matched.
     """
 
     id: str
@@ -103,11 +105,23 @@ class Recording:
     missing: tuple[str, ...] = ()
     truth_path: Path | None = None
     sound_end_s: float | None = None
+    matching: Matching = field(default_factory=Matching)
 
     @property
     def is_synthetic(self) -> bool:
         """Whether the recording was rendered: its truth is known."""
         return self.truth_path is not None
+
+    def clock(self) -> FrameClock:
+        """When its frames are shown, and which frame of each view belongs to which of the recording's."""
+        return recording_clock(self.views, self.matching)
+
+    def video(self, view: str) -> "Video":
+        """A view's video by the recording's frames; as ``View.video``, but for views that are matched by time."""
+        from corsmal.dataset.matched_video import MatchedVideo  # noqa: PLC0415 - as above
+
+        nearest = self.clock().nearest.get(view)
+        return self.views[view].video() if nearest is None else MatchedVideo(self.views[view].video_path, nearest)
 
     def audio(self) -> Audio:
         """Read the sound, up to ``sound_end_s``.

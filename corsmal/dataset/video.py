@@ -1,9 +1,8 @@
 """Videos: frames by index, exactly those that reading from the start gives."""
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from collections import OrderedDict
 from collections.abc import Iterator
-from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 from threading import Lock
@@ -14,6 +13,8 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
+from corsmal.dataset.frame_index import FrameIndex, until_damage
+from corsmal.dataset.video_file import file_turn, open_video, shown_size, turned, video_stream
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 
 FRAMES_KEPT = 16
@@ -21,13 +22,37 @@ FRAMES_KEPT = 16
 
 
 def video_size(path: str | Path) -> tuple[int, int]:
-    """Width and height in pixels, from the file's header alone.
+    """Width and height in pixels as the pictures are shown, from the file's header only.
 
     Raises:
         FileError: the file is absent or no video.
     """
-    with _opened(Path(path)) as container:
-        return _size(container.streams.video[0])
+    path = Path(path)
+    with open_video(path) as container:
+        return shown_size(video_stream(container), file_turn(path))
+
+
+def frame_times_s(path: str | Path, *, exactly: bool = True) -> NDArray[np.float64]:
+    """(n,) when each frame of a video is shown, seconds, ascending.
+
+    Args:
+        path: a video file.
+        exactly: as the packets say, for which the file is read; else, where it has an index, as that says, in which
+            all times may be a few frames early.
+
+    Raises:
+        FileError: the file is absent, no video, or holds no frames.
+    """
+    path = Path(path)
+    if not exactly:
+        with open_video(path) as container:
+            stream = video_stream(container)
+            stamps = sorted(entry.timestamp for entry in stream.index_entries)
+            if stamps and len(stamps) == stream.frames:
+                started = np.array(stamps, dtype=np.float64) - stamps[0] + (stream.start_time or 0)
+                return started * float(stream.time_base or 0)
+    with Video(path) as video:
+        return video.times_s
 
 
 class Video:
@@ -35,13 +60,14 @@ class Video:
 
     Opening lists the time stamps of the packets without decoding any. A frame is then found by its time stamp: from
     the last key frame at or before it, or by decoding on when that is nearer. Frames count from 0 in the order in which
-    they are shown. One instance may be used by several threads.
+    they are shown, and are turned as the file says, as in OpenCV and ffmpeg. One instance may be used by several
+    threads.
 
     Args:
-        path: an MP4 file.
+        path: an MP4 file, or one of the other forms of ``video_file.FORMATS``.
 
     Raises:
-        FileError: the file is absent, no MP4 video, or holds no frames.
+        FileError: the file is absent, no video, or holds no frames.
 
     Example:
         >>> with Video("train/view3/rgb/000618.mp4") as video:  # doctest: +SKIP
@@ -53,23 +79,33 @@ class Video:
         self._lock = Lock()
         self._closed = False
         self._next = self._whole_from = 0
+        self._last = -1
         self._kept: OrderedDict[int, av.VideoFrame] = OrderedDict()
-        self._container = _opened(self.path)
+        self._container = open_video(self.path)
         try:
-            self._stream = self._container.streams.video[0]
-            self.size = _size(self._stream)
+            self._stream = video_stream(self._container)
+            self._turn = file_turn(self.path)
+            self.size = shown_size(self._stream, self._turn)
             self.codec = str(self._stream.codec_context.name)
             self.fps = float(self._stream.average_rate or self._stream.guessed_rate or 0)
-            self._list_packets()
+            self._index = FrameIndex(until_damage(self._container.demux(self._stream)))
+            self._times = self._index.times
+            if not self._times:
+                raise FileError(self.path, "the video holds no frames; download it again")
             self._rewind()
         except BaseException:
             self._container.close()
             raise
 
     @property
+    def times_s(self) -> NDArray[np.float64]:
+        """(n,) when each frame is shown, seconds, ascending; the first need not be 0."""
+        return np.array(self._times, dtype=np.float64) * float(self._stream.time_base or 0)
+
+    @property
     def frame_count(self) -> int:
         """Frames in the file, as its packets tell; the last ones of a damaged file may still fail to decode."""
-        return len(self._times)
+        return len(self)
 
     def __len__(self) -> int:
         return len(self._times)
@@ -88,8 +124,8 @@ class Video:
         with self._lock:
             if self._closed:
                 raise ArgumentError(f"the video {self.path} was closed and cannot be read any more")
-            frame = self._find(int(index) % len(self))
-            return np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
+            frame = self._find(self._own(int(index) % len(self)))
+            return turned(np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8), self._turn)
 
     def __iter__(self) -> Iterator[NDArray[np.uint8]]:
         return (self[index] for index in range(len(self)))
@@ -110,27 +146,16 @@ class Video:
     ) -> None:
         self.close()
 
-    def _list_packets(self) -> None:
-        """Note the time stamps of all frames, and where decoding may start."""
-        packets = [
-            (packet.pts, packet.dts, packet.is_keyframe, packet.is_discard)
-            for packet in _until_damage(self._container.demux(self._stream))
-            if packet.size and packet.pts is not None and not packet.is_corrupt
-        ]
-        self._times = sorted({pts for pts, _, _, is_discard in packets if not is_discard})
-        if not self._times:
-            raise FileError(self.path, "the video holds no frames; download it again")
-        self._index_of = {pts: index for index, pts in enumerate(self._times)}
-        keys = sorted((pts, dts if dts is not None else pts) for pts, dts, is_key, _ in packets if is_key)
-        self._key_times = [pts for pts, _ in keys]
-        self._key_starts = [dts for _, dts in keys]
+    def _own(self, index: int) -> int:
+        """The file's frame that is shown as a frame of this video."""
+        return index
 
     def _find(self, index: int) -> av.VideoFrame:
         """The decoded frame: kept, further on, after the last key frame, or at worst by reading from the start."""
         if index in self._kept:
             return self._kept[index]
-        key = bisect_right(self._key_times, self._times[index]) - 1
-        is_ahead = self._next <= index and (key < 0 or self._times[self._next] >= self._key_times[key])
+        key = bisect_right(self._index.key_numbers, index) - 1
+        is_ahead = self._next <= index and (key < 0 or self._next >= self._index.key_numbers[key])
         if is_ahead and (frame := self._decode_up_to(index)):
             return frame
         if key >= 0 and self._seek(key) and (frame := self._decode_up_to(index)):
@@ -143,7 +168,7 @@ class Video:
     def _decode_up_to(self, index: int) -> av.VideoFrame | None:
         """Decode on until the frame comes; None when it does not."""
         for frame in self._decoded:
-            found = -1 if frame.pts is None else self._index_of.get(frame.pts, -1)
+            found = self._number(frame)
             if found < self._whole_from or found in self._kept:
                 continue
             self._next = found + 1
@@ -152,64 +177,57 @@ class Video:
                 self._kept.popitem(last=False)
             if found >= index:
                 return frame if found == index else None
-        self._next = len(self)
+        self._next = len(self._times)
         return None
+
+    def _number(self, frame: av.VideoFrame) -> int:
+        """The index of a decoded frame, −1 where it has none; of frames with one time stamp each is the next."""
+        stamp = frame.pts if frame.pts is not None else frame.dts
+        found = -1 if stamp is None else self._index.number_of.get(stamp, -1)
+        if found < 0:
+            return found
+        is_next = (
+            0 <= self._last < len(self._times) - 1 and self._times[self._last] == self._times[self._last + 1] == stamp
+        )
+        if is_next:
+            found = self._last + 1
+        elif self._times[self._whole_from] == stamp:
+            found = max(found, self._whole_from)
+        self._last = found
+        return found
 
     def _seek(self, key: int) -> bool:
         """Make the key frame of that number the next one to be decoded; False when the file does not lead there."""
         try:
-            self._container.seek(self._key_starts[key], stream=self._stream)
+            self._container.seek(self._index.key_starts[key], stream=self._stream)
             packets = self._container.demux(self._stream)
             first = next(packets)
         except (av.FFmpegError, StopIteration):
             return False
-        if first.pts is None or first.pts > self._key_times[key] or not first.is_keyframe:
+        place = self._index.key_number(first) if first.is_keyframe else None
+        if place is None or place > self._index.key_numbers[key]:
             return False
-        self._begin(chain([first], packets), whole_from=bisect_left(self._times, first.pts))
+        self._begin(chain([first], packets), whole_from=place)
         return True
 
     def _rewind(self) -> None:
         """Make the first frame the next one to be decoded; opening anew is what reading from the start means."""
-        container = _opened(self.path)
+        container = open_video(self.path)
         self._container.close()
-        self._container, self._stream = container, container.streams.video[0]
+        self._container, self._stream = container, video_stream(container)
         self._begin(container.demux(self._stream), whole_from=0)
 
     def _begin(self, packets: Iterator[av.Packet], *, whole_from: int) -> None:
         """Decode these packets next. Frames before ``whole_from`` refer to others that are not among them."""
         self._decoded = self._decode(packets)
-        self._whole_from = self._next = whole_from
+        self._whole_from = self._next = min(whole_from, len(self._times) - 1)
+        self._last = -1
         self._kept.clear()
 
     def _decode(self, packets: Iterator[av.Packet]) -> Iterator[av.VideoFrame]:
         """All frames that come out of the packets, past those that are damaged."""
-        for packet in chain(_until_damage(packets), [None]):
+        for packet in chain(until_damage(packets), [None]):
             try:
                 yield from self._stream.codec_context.decode(packet)
             except av.FFmpegError:
                 continue
-
-
-def _until_damage(packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
-    """The packets before the first that cannot be read; nothing behind it can."""
-    with suppress(av.FFmpegError):
-        yield from packets
-
-
-def _opened(path: Path) -> av.container.InputContainer:
-    """The open file. Only the MP4 reader is allowed: others follow addresses that stand in the file."""
-    if not path.is_file():
-        raise FileError(path, "there is no such video file")
-    try:
-        container = av.open(f"file:{path}", format="mp4", options={"protocol_whitelist": "file"})
-    except (av.FFmpegError, OSError) as error:
-        problem = f"cannot be opened as an MP4 video ({error.strerror}); it may be truncated, download it again"
-        raise FileError(path, problem) from error
-    if not container.streams.video or min(_size(container.streams.video[0])) < 1:
-        container.close()
-        raise FileError(path, "holds no video, only other content; download it again")
-    return container
-
-
-def _size(stream: av.VideoStream) -> tuple[int, int]:
-    return int(stream.codec_context.width), int(stream.codec_context.height)

@@ -1,5 +1,7 @@
 """The detections of a recording that were made elsewhere, and the container among those of a frame."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from corsmal.dataset import Recording, View
@@ -37,9 +39,15 @@ def file_detections(recording: Recording) -> tuple[dict[str, ViewDetections], tu
             notes.append(Note(str(error), flag="detections-incomplete"))
             continue
         if detections is not None:
-            found[name] = detections
+            found[name] = recording_frames(recording, name, detections)
             notes += [prefixed(str(view.detections_path), problem) for problem in detections.problems]
-    return found, tuple(notes)
+    return found, (*recording.clock().notes, *notes)
+
+
+def recording_frames(recording: Recording, view: str, found: ViewDetections) -> ViewDetections:
+    """A view's detections by the frames of the recording, where the views do not have the same frames."""
+    by_frame = recording.clock().by_frame(view, found)
+    return found if by_frame is found else replace(found, by_frame=by_frame)
 
 
 def container_mask(detections: Detections, *, centre_rule: CentreRule, parameters: SelectionParameters) -> np.ndarray:

@@ -6,10 +6,12 @@ from functools import partial
 from pathlib import Path
 
 from corsmal.dataset import Recording, View
+from corsmal.dataset.clock import Matching
 from corsmal.detection import ViewDetections
 from corsmal.detection.parquet import read_parquet, write_parquet
 from corsmal.errors import FileError
 from corsmal.estimation import read_view_detections
+from corsmal.estimation.detected import recording_frames
 from corsmal.notes import Note, prefixed
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.version import READING_VERSION
@@ -50,14 +52,14 @@ def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
         if found is None and (kept := _latest(view, store)) is not None:
             found = _read_kept(kept, store)
         if found is not None:
-            views[name] = found
+            views[name] = recording_frames(recording, name, found)
             notes += [prefixed(str(view.detections_path or name), problem) for problem in found.problems]
-    return DetectionSet(views, origin, tuple(notes))
+    return DetectionSet(views, origin, (*recording.clock().notes, *notes))
 
 
 def detections_origin(recording: Recording, *, store: Store) -> str:
     """A digest of the files that ``load_detections`` reads, without reading them: it changes when one of them does."""
-    origins: list[object] = []
+    origins: list[object] = [] if recording.matching == Matching() else [recording.matching]
     for name, view in recording.views.items():
         paths = [view.video_path] if view.detections_path is None else [view.video_path, view.detections_path]
         kept = _latest(view, store)

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from corsmal.dataset import Recording, View
+from corsmal.dataset import Recording
 from corsmal.dataset.findings import Finding
 from corsmal.dataset.layout import WORN_VIEW
-from corsmal.dataset.video import video_size
 from corsmal.errors import CorsmalError, FileError
 from corsmal.estimation import container_mask
 from corsmal.estimation.plausibility import reprojection_miss
@@ -20,7 +19,7 @@ from corsmal.parameters import PAIRS, SelectionParameters
 from corsmal.selection import select_best_frame
 from corsmal.shape.circumferences import contour_centroid
 from corsmal.stages.detections import DetectionSet, load_detections
-from corsmal.stages.media_findings import calibration_findings, detection_findings, sound_findings
+from corsmal.stages.media_findings import calibration_findings, detection_findings, sound_findings, video_findings
 from corsmal.store import Store
 
 FRAMES_MAX = 12
@@ -51,7 +50,10 @@ class ExamineTask:
         cameras: dict[str, Camera] = {}
         for name, view in recording.views.items():
             with _noting(findings, "video"):
-                _examine_video(view, deep=self.deep)
+                findings += video_findings(view)
+                if self.deep:
+                    with view.video() as video:
+                        video[0], video[-1]
             if name != WORN_VIEW and view.calibration_path is not None:
                 with _noting(findings, "calibration"):
                     cameras[name] = view.camera()
@@ -69,14 +71,6 @@ class ExamineTask:
             ),
             "notes": "",
         }
-
-
-def _examine_video(view: View, *, deep: bool) -> None:
-    if not deep:
-        video_size(view.video_path)
-        return
-    with view.video() as video:
-        video[0], video[-1]
 
 
 def reprojection_error(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from corsmal.dataset import View
+from corsmal.dataset.clock import FrameClock
 from corsmal.detection import Detections, Detector, ViewDetections, detect_view
 from corsmal.stages.detections import keep_detections, kept_detections, show_detections_of
 from corsmal.store import Store
@@ -155,16 +156,18 @@ def _in_turn(
 class ViewWork:
     """Detecting in one view, on top of what the store holds."""
 
-    def __init__(self, view: View, detector_digest: str, store: Store) -> None:
+    def __init__(self, view: View, detector_digest: str, store: Store, *, clock: FrameClock) -> None:
+        self._clock = clock
         self.view, self._digest, self._store = view, detector_digest, store
         self._found = kept_detections(view, detector_digest, store=store)
         self._new: list[ViewDetections] = []
         with view.video() as video:
-            self.frame_count = video.frame_count
+            self.frame_count = len(clock) if view.name in clock.frames else video.frame_count
 
     def missing(self, frames: Sequence[int]) -> list[int]:
-        """Those frames that were not inspected yet."""
-        return [frame for frame in frames if frame not in (self._found or {})]
+        """The view's own frames of those of the recording that were not inspected yet."""
+        owns = dict.fromkeys(self._clock.own(self.view.name, frame) for frame in frames)
+        return [own for own in owns if own is not None and own not in (self._found or {})]
 
     def add(self, found: ViewDetections) -> None:
         """Take what was found, to be kept."""

@@ -4,9 +4,15 @@ import numpy as np
 
 from corsmal.dataset import Recording, View
 from corsmal.dataset.audio import check_audio
+from corsmal.dataset.calibration import CALIBRATED_SIZE
 from corsmal.dataset.findings import Finding, Severity
+from corsmal.dataset.video import video_size
+from corsmal.dataset.video_file import file_turn
 from corsmal.estimation.plausibility import CAMERA_M
 from corsmal.notes import Note
+
+SHAPE_TOLERANCE = 0.05
+"""Of the pictures' width by height."""
 
 
 def calibration_findings(view: View) -> list[Finding]:
@@ -41,11 +47,31 @@ def sound_findings(recording: Recording, *, deep: bool) -> list[Finding]:
 
 
 def detection_findings(notes: tuple[str, ...]) -> list[Finding]:
-    """What was said when detections were read: an error where something could not be used."""
-    return [
-        Finding("warning" if getattr(note, "flag", "") == "detections-interpreted" else "error", "detections", note)
-        for note in notes
-    ]
+    """What was said when detections were read and matched: an error where something could not be used."""
+    findings = []
+    for note in notes:
+        flag = getattr(note, "flag", "")
+        kind = "video" if flag.startswith("views-") else "detections"
+        is_used = kind == "video" or flag == "detections-interpreted"
+        findings.append(Finding("warning" if is_used else "error", kind, note))
+    return findings
+
+
+def video_findings(view: View) -> list[Finding]:
+    """How a view's pictures are turned, and a form that its calibration is not for.
+
+    Raises:
+        FileError: the video cannot be opened.
+    """
+    (width, height), file = video_size(view.video_path), str(view.video_path)
+    findings = []
+    if any(file_turn(view.video_path)):
+        findings.append(Finding("note", "video", "its pictures are turned as its display matrix says", file=file))
+    shape, wanted = width / height, CALIBRATED_SIZE[0] / CALIBRATED_SIZE[1]
+    if view.calibration_path is not None and abs(shape / wanted - 1) > SHAPE_TOLERANCE:
+        what = f"has pictures of {width}x{height}, the calibration is for {CALIBRATED_SIZE[0]}x{CALIBRATED_SIZE[1]}"
+        findings.append(Finding("warning", "video", what, file=file, advice="check that it is neither cut nor turned"))
+    return findings
 
 
 def _severity(note: str) -> Severity:

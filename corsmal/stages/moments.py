@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, CorsmalError
 from corsmal.estimation import Estimate
@@ -147,6 +149,9 @@ def moments_s(recording: Recording, *, steps: int = STEPS) -> tuple[float, ...]:
             ends_s.append(video.frame_count / video.fps)
     with suppress(CorsmalError):
         ends_s.append(recording.audio().duration_s)
+    clock = recording.clock()
+    if clock.frames:
+        ends_s = [*ends_s[-1:], float(clock.times_s[-1]) + 1 / clock.fps if clock.fps else 0.0]
     end_s = max(ends_s)
     return tuple(end_s * (step + 1) / steps for step in range(steps)) if end_s else ()
 
@@ -172,9 +177,9 @@ def _is_alike(name: str, moment: Moment, last: Moment) -> bool:
 
 def _seen_until(recording: Recording, detections: DetectionSet, end_s: float) -> dict[str, FrameDetections]:
     """The detections in frames that begin before a time, by view."""
-    seen: dict[str, FrameDetections] = {}
-    for name, found in detections.views.items():
-        with recording.views[name].video() as video:
-            frames = end_s * video.fps - FRAME_SLACK
-        seen[name] = {frame: found[frame] for frame in found if frame < frames}
-    return seen
+    clock = recording.clock()
+    slack_s = FRAME_SLACK / clock.fps if clock.fps else 0.0
+    frames = int(np.searchsorted(clock.times_s, end_s - slack_s))
+    return {
+        name: {frame: found[frame] for frame in found if frame < frames} for name, found in detections.views.items()
+    }

@@ -91,7 +91,7 @@ def _openable(recording: Recording, detector_digest: str, store: Store) -> tuple
         if view is None or view.detections_path is not None:
             continue
         try:
-            works.append(ViewWork(view, detector_digest, store))
+            works.append(ViewWork(view, detector_digest, store, clock=recording.clock()))
         except FileError as error:
             broken = error
     return works, broken

@@ -104,7 +104,7 @@ class OpenedRecording:
         """A view's video; this and what is read from it raises a ``CorsmalError`` where it cannot be read."""
         if view not in self.recording.views:
             raise NotFoundError(f"recording {self.id} has no video of {view}")
-        return self.recording.views[view].video()
+        return self.recording.video(view)
 
     @property
     def frames(self) -> int:
@@ -117,7 +117,10 @@ class OpenedRecording:
 
     @property
     def fps(self) -> float:
-        """Frames per second of the frontal view, or of another that can be read; 0 where it is not known."""
+        """Frames per second of the recording, see ``FrameClock``; 0 where it is not known."""
+        clock = self.recording.clock()
+        if clock.frames:
+            return clock.fps
         for view in ("view3", "view1", "view2", "view4"):
             with suppress(CorsmalError):
                 return self.video(view).fps
