@@ -136,7 +136,7 @@ def _turn(a: int, b: int, c: int, d: int) -> Turn:
 
 def _boxes(file: BinaryIO, at: int, end: int) -> list[tuple[bytes, int, int]]:
     """Name, first and last byte of what is in each box of a stretch of an MP4 file."""
-    found = []
+    found: list[tuple[bytes, int, int]] = []
     while at + 8 <= end and len(found) < _BOXES_MAX:
         file.seek(at)
         size, name = struct.unpack(">I4s", file.read(8))
