@@ -118,7 +118,8 @@ class Run:
     def facts(self) -> dict[str, str]:
         """What the run was made with, for people."""
         shape, detector = self.settings.shape, self.settings.detector
-        numbers = f"L {shape.circumferences}, d_max {shape.max_difference_mm:g} mm"
+        smoothing = "" if "max_difference_mm" in shape.ignored else f", d_max {shape.max_difference_mm:g} mm"
+        numbers = f"L {shape.circumferences}{smoothing}"
         if shape.method == "outlines":
             numbers = f"outlines of up to {shape.frames} frames"
         networks = {"filling network": self.settings.filling, "mass network": self.settings.mass}

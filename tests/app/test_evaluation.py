@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pandas as pd
@@ -19,6 +20,7 @@ from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.settings import DetectorSettings, EstimateSettings, default_settings
 from corsmal.ui import shared
+from corsmal.ui.evaluation.new_run import job_key
 from corsmal.ui.evaluation.report import _made
 from tests.app.driver import Visitor, seen
 from tests.fakes import FakeDetector, FakeFilling, FakeMass
@@ -367,9 +369,17 @@ def test_a_sweep_offers_only_what_the_runs_preset_uses(dataset: Dataset) -> None
     assert not {"d_max (mm)", "Expected tilt (°)"} & set(visitor.widget("sweep_down tuned").options)
 
 
-def test_an_incomplete_run_can_be_resumed(dataset: Dataset) -> None:
+def test_an_incomplete_run_is_shown_as_partial_and_can_be_resumed(dataset: Dataset) -> None:
     recorded(dataset, "half", stop_after=1)
+    gate = Event()
+    job = shared.jobs().start(job_key(dataset), "Run half", lambda _: gate.wait(60))
     visitor = opened(dataset.root)
+    assert visitor.warnings == ["**Partial results**: 1 of 3 recordings are estimated so far."]
+    assert len(table(visitor)) == 1 + 1
+    assert visitor.progress == ["Run half …"]
+    gate.set()
+    visitor.wait_for(lambda _: not job.active)
+    visitor.test.run()
     assert visitor.warnings == ["**Partial results**: this run is incomplete, 1 of 3 recordings are estimated."]
     visitor.press("Resume")
     visitor.wait_for(no_job)

@@ -120,6 +120,8 @@ def test_a_run_is_described(run):
     facts = made.facts()
     assert facts["parameters"] == "paper (L 145, d_max 1 mm)"
     assert facts["filling network"] == "none"
+    lode = replace(made, settings=replace(made.settings, shape=ShapeParameters.lode()))
+    assert lode.facts()["parameters"] == "lode (L 500)"  # it smooths no profile
     assert facts["mass network"] == "mass network aaaaaaaa (bundled)"
     assert facts["detector"] == "small bbbbbbbb score 0.05, every 10 frames"
     assert facts["recordings"] == "2 of 3"
