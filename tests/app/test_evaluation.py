@@ -106,6 +106,10 @@ def title(visitor: Visitor) -> str:
 def test_without_a_run_the_page_says_what_one_is_and_makes_it(dataset: Dataset) -> None:
     visitor = opened(dataset.root)
     assert "There is no run on this dataset yet" in visitor.sentences
+    visitor.choose("evaluation_view", "runs")
+    assert "There is no run on this dataset yet: make one under *Results*" in visitor.sentences
+    visitor.choose("evaluation_view", "results")
+    assert "Choose the parameters below and press *Run*" in visitor.sentences
     assert visitor.test.text_input(key="run_name paper 0").value == "paper"
     visitor.press("Run")
     visitor.wait_for(no_job)

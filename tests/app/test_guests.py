@@ -12,8 +12,18 @@ from corsmal.ui import shared
 from corsmal.ui.folders import READ_ONLY, REFUSED
 from tests.app.driver import Visitor
 
-ACTS = ("Run", "Update", "Delete …", "Resume", "Make all thirty recordings", "Reproduce Table 2", "Sweep", "Attribute",
-        "Find the best frame", "Inspect all frames", "Compute the rest", "Pin ")  # fmt: skip
+ACTS = (
+    *("Run", "Update", "Delete", "Undo", "Restore", "Save", "Archive", "Resume", "Make all thirty recordings"),
+    *(
+        "Reproduce Table 2",
+        "Sweep",
+        "Attribute",
+        "Find the best frame",
+        "Inspect all frames",
+        "Compute the rest",
+        "Pin ",
+    ),
+)
 
 
 @pytest.fixture
@@ -34,8 +44,12 @@ def test_guests_see_every_page_and_change_nothing(page: str) -> None:
             visitor.choose("section_control", section)
             assert visitor.crashes == visitor.errors == []
             assert [label for label in visitor.buttons if label.startswith(ACTS)] == []
-        visitor.choose("evaluation_view", "reproduction")
-        assert visitor.crashes == visitor.errors == []
+        for view in ("reproduction", "runs"):
+            visitor.choose("evaluation_view", view)
+            assert visitor.crashes == visitor.errors == []
+            assert [label for label in visitor.buttons if label.startswith(ACTS)] == []
+        visitor.select_row(0)
+        assert "Show its results" in visitor.buttons
         assert [label for label in visitor.buttons if label.startswith(ACTS)] == []
 
 

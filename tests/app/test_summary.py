@@ -1,7 +1,5 @@
 """The Evaluation page opens with the summary; what is clicked opens beside it."""
 
-from pathlib import Path
-
 import pytest
 
 import corsmal.filling.features  # noqa: F401 - loads PyTorch, before a test's clock runs
@@ -115,12 +113,3 @@ def tick(visitor: Visitor, rows: list[int]) -> None:
     key = visitor.test.dataframe[0].proto.id.split("-", 2)[2]
     visitor.test.session_state[key] = {"selection": {"rows": rows, "columns": [], "cells": []}}
     visitor.test.run()
-
-
-def test_a_dataset_without_a_run_says_what_to_do_next(real_root: Path) -> None:
-    visitor = Visitor(real_root).open("evaluation")
-    assert "Choose the parameters below and press *Run*" in visitor.sentences
-    assert visitor.crashes == visitor.errors == []
-    visitor.choose("evaluation_view", "runs")
-    assert "There is no run on this dataset yet" in visitor.sentences
-    assert visitor.crashes == visitor.errors == []
