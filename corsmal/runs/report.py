@@ -138,7 +138,7 @@ def run_report(
 
 
 def _summary(judged: JudgedRun) -> Section:
-    return Section("In a minute", [Answers(answers(judged)), tiles(judged)])
+    return Section("Summary", [Answers(answers(judged)), tiles(judged)])
 
 
 def _table_2(judged: JudgedRun) -> Section:

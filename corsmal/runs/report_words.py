@@ -10,6 +10,7 @@ from corsmal.evaluation.typesetting import UNLIKE
 from corsmal.figures.report import Banner, Tile, TileLine, Tiles
 from corsmal.figures.report.blocks import Tone
 from corsmal.runs.run import OWN
+from corsmal.weights import WeightsFile
 
 if TYPE_CHECKING:
     from corsmal.runs.report import JudgedRun
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 FEW = 30
 """With fewer recordings the intervals are wide."""
 IDS_MAX = 8
+DETECTORS = {"coco": "Mask R-CNN with COCO's weights", "demo": "the demo's small network"}
 
 
 def banner(judged: "JudgedRun") -> Banner:
@@ -48,16 +50,24 @@ def answers(judged: "JudgedRun") -> dict[str, str]:
 
 
 def _tried(judged: "JudgedRun") -> str:
-    run, facts = judged.run, judged.run.facts()
-    preset, _, numbers = facts["parameters"].partition(" (")
+    run, settings = judged.run, judged.run.settings
+    preset, _, numbers = run.facts()["parameters"].partition(" (")
     name = "parameters of its own" if run.preset == OWN else f"the preset {preset}"
     parts = [f"the shape is fitted with {name} ({numbers}"]
-    for kind, what in (("filling", "filling type and level"), ("mass", "the container's mass")):
-        name = facts[f"{kind} network"]
-        parts.append(f"no {kind} network was used" if name == "none" else f"the {name} predicts {what}")
-    detector = run.settings.detector
-    found = "existing detections are used" if detector is None else f"containers are detected by {facts['detector']}"
+    for kind, file, what in (
+        ("filling", settings.filling, "filling type and level"),
+        ("mass", settings.mass, "the container's mass"),
+    ):
+        parts.append(f"no {kind} network was used" if file is None else f"{_network(file)} predicts {what}")
+    detector = settings.detector
+    found = "existing detections are used"
+    if detector is not None:
+        found = f"containers are detected by {DETECTORS[detector.method]} at steps of {detector.every} frames"
     return f"Run {run.name}: {'; '.join([*parts, found])}."
+
+
+def _network(file: WeightsFile) -> str:
+    return f"the bundled {file.kind} network" if file.is_bundled else f"the {file.kind} network {file.path.name}"
 
 
 def _on_what(judged: "JudgedRun") -> str:

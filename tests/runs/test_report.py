@@ -48,7 +48,7 @@ def test_it_says_what_was_tried_on_what_with_which_result_and_how_sure(dataset, 
     assert "000000, 000001, 000002" in report.banner.text
     headings = [section.heading for section in report.sections]
     assert headings == [
-        "In a minute",
+        "Summary",
         "Results by container",
         "Where the errors are",
         "CORSMAL Challenge",
@@ -125,7 +125,7 @@ def test_a_whole_test_set_stands_among_the_teams_with_intervals_and_coverage(tmp
     assert board.table["team"].iloc[0] == "first (this run)"
     assert len(board.table) > 5
     assert "public test set" in report.banner.text
-    tiles = {tile.title: tile for tile in by_heading["In a minute"][1].tiles}
+    tiles = {tile.title: tile for tile in by_heading["Summary"][1].tiles}
     [height] = [line for line in tiles["MAPE ↓"].lines if line.label == "Height"]
     assert (height.value, height.tone) == ("10.0 %", "")  # the paper's table is of other recordings
     whole_coverage, height = tiles["Coverage of the 90 % intervals"].lines
