@@ -40,7 +40,7 @@ def _begin(page: str) -> None:
     session.read_address()
     permalinks.follow()
     with st.sidebar:
-        place = st.container()
+        place = st.container(key="sharing")
         _folder_input()
         found = st.session_state[session.DATASET] = _open_dataset()
         _forget_links_of_another(found)

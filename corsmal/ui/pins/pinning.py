@@ -2,16 +2,18 @@
 
 import secrets
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 import streamlit as st
 
 from corsmal.dataset import Dataset
 from corsmal.errors import CorsmalError
-from corsmal.figures.pin_collections import Collection, add_pins, load_collection
+from corsmal.figures.pin_collections import KIND, Collection, add_pins, list_collections, load_collection
 from corsmal.figures.pins import Pin
 from corsmal.runs.run import list_runs, named_run
 from corsmal.ui import session, shared
+from corsmal.ui.caching import cached
 from corsmal.ui.folders import check_may_change, is_read_only
 from corsmal.ui.messages import plain
 
@@ -39,6 +41,21 @@ def fingerprint() -> str:
     """Of the open dataset, under which its pins are kept."""
     found: Dataset | None = st.session_state.get(session.DATASET)
     return "" if found is None else found.fingerprint
+
+
+def named_collections() -> list[str]:
+    """The names of the collections on the open dataset that people named."""
+    store, times = shared.store(), []
+    for key in store.keys(KIND):
+        with suppress(FileNotFoundError):  # renamed by another session
+            times.append((key, store.file(KIND, key, ".json").stat().st_mtime_ns))
+    return _named(fingerprint(), times)
+
+
+@cached(8, key=lambda dataset, times: (str(shared.store().root), dataset, times))
+def _named(dataset: str, times: list[tuple[str, int]]) -> list[str]:
+    del times
+    return list_collections(dataset=dataset, store=shared.store())
 
 
 def pins() -> list[Pin]:

@@ -17,7 +17,6 @@ from corsmal.figures.pin_collections import (
     Collection,
     KeptPin,
     change_collection,
-    list_collections,
     load_collection,
     name_collection,
 )
@@ -28,7 +27,7 @@ from corsmal.ui.folders import check_may_change, is_read_only
 from corsmal.ui.linked_plot.assets import read_asset
 from corsmal.ui.linked_plot.component import acknowledged, fresh_report, no_callback
 from corsmal.ui.messages import guarded, plain
-from corsmal.ui.pins.pinning import OWN, OWNED, SAID, collection, fingerprint
+from corsmal.ui.pins.pinning import OWN, OWNED, SAID, collection, fingerprint, named_collections
 
 KINDS = {FIGURE: "figure", "image/jpeg": "picture", "image/png": "picture", "audio/wav": "sound"}
 NO_PINS = {
@@ -67,7 +66,7 @@ def tray() -> None:
 
 def _collection_control(shown: Collection | None) -> None:
     """Open another collection, and give the own one a name."""
-    names, state = list_collections(dataset=fingerprint(), store=shared.store()), st.session_state
+    names, state = named_collections(), st.session_state
     others = [*state.get(OWNED, ()), *([] if shown is None else [shown.name])]
     state[OPEN] = None if shown is None else shown.name
     st.selectbox(
