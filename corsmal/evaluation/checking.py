@@ -150,6 +150,8 @@ def _column(table: pd.DataFrame, shown: str, name: str) -> tuple[NDArray[np.floa
 
 
 def _numbers(column: pd.Series) -> NDArray[np.float64]:
+    if column.dtype == "object":  # whole numbers of any length may stand there, which pandas refuses
+        column = column.map(lambda value: np.inf if isinstance(value, int) and abs(value) > 2**63 else value)
     found: NDArray[np.float64] = pd.to_numeric(column, errors="coerce").to_numpy(dtype=np.float64, na_value=np.nan)
     return found
 

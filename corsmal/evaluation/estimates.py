@@ -169,7 +169,7 @@ def _typed(column: pd.Series, name: str) -> pd.Series:
         return column.map(lambda value: _TRUTHS.get(str(value).lower())).astype("boolean")
     try:
         numbers = pd.to_numeric(column).astype("float64")
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, OverflowError):
         return column
     is_whole = name in _WHOLE and bool((numbers.isna() | (numbers == numbers.round())).all())
     return numbers.astype("Int64") if is_whole else numbers

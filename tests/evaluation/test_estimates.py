@@ -46,6 +46,13 @@ def test_written_table_comes_back(tmp_path, estimates, suffix):
     assert [path.name for path in tmp_path.iterdir()] == [f"run{suffix}"]
 
 
+def test_a_number_too_large_for_any_quantity_is_unusable_and_named(tmp_path, recordings):
+    (tmp_path / "run.csv").write_text(f"recording_id,height_mm\n0,{'9' * 400}\n1,119\n", encoding="utf-8")
+    checked = check_estimates(read_estimates(tmp_path / "run.csv"), recordings)
+    assert checked.table["height_mm"].tolist()[1:] == [119]
+    assert any("'height_mm' is unusable for recording 000000" in note for note in checked.notes)
+
+
 def test_more_columns_are_kept(tmp_path, estimates):
     write_estimates(estimates.assign(duration_s=1.5), tmp_path / "run.json")
     assert read_estimates(tmp_path / "run.json")["duration_s"].tolist() == [1.5] * 6
