@@ -148,6 +148,15 @@ def files_by_id(inside: Listing, endings: Sequence[str], *, root: Path) -> Found
     return Found(by_id, tuple(findings))
 
 
+def file_of(folder: Path, recording: str, ending: str) -> Path:
+    """A recording's file in a folder: ``000618.npy``, or where that is missing a file such as ``618.npy``."""
+    path = folder / f"{recording}{ending}"
+    if path.is_file():
+        return path
+    others = (folder / name for name in listing(folder).files if name.lower().endswith(ending))
+    return next((other for other in others if recording_id(other.stem) == recording), path)
+
+
 def shown_path(path: Path, root: Path) -> str:
     """A path as findings name it: from the dataset's folder, unless it lies far from it."""
     if path.is_relative_to(root.parent):

@@ -25,6 +25,9 @@ ABSENT = "absent"
 FAILED = (FALLBACK, "failed")
 """The states of an estimate whose container could not be measured, whatever numbers it holds."""
 
+WHOLE_MAX = 2**53
+"""Whole numbers up to here are exact as floating point numbers, too."""
+
 _TEXTS = ("status", "pair", "protocol", "filling_weights", "mass_weights", "flags", "notes")
 _FLAGS = ("filling_held_out", "mass_held_out")
 _TRUTHS = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
@@ -171,7 +174,8 @@ def _typed(column: pd.Series, name: str) -> pd.Series:
         numbers = pd.to_numeric(column).astype("float64")
     except (ValueError, TypeError, OverflowError):
         return column
-    is_whole = name in _WHOLE and bool((numbers.isna() | (numbers == numbers.round())).all())
+    are_whole = numbers.isna() | ((numbers == numbers.round()) & (numbers.abs() < WHOLE_MAX))
+    is_whole = name in _WHOLE and bool(are_whole.all())
     return numbers.astype("Int64") if is_whole else numbers
 
 

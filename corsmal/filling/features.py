@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from corsmal.dataset.audio import SAMPLE_RATE_HZ, ChannelRule, read_audio
 from corsmal.dataset.layout import Recording
+from corsmal.dataset.places import file_of
 from corsmal.digests import digest
 from corsmal.errors import FileError, NotFoundError
 from corsmal.filling.frontend import LogMelParameters, log_mel
@@ -112,7 +113,7 @@ def _cut_notes(recording: Recording) -> tuple[str, ...]:
 def _from_array(folder: Path, name: str, parameters: LogMelParameters, end_s: float | None) -> Features:
     if not folder.is_dir():
         raise FileError(folder, "there is no such folder of features")
-    path = folder / f"{name}.npy"
+    path = file_of(folder, name, ".npy")
     if not path.is_file():
         raise NotFoundError(f"recording {name} has no features: {path} is missing")
     try:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from corsmal.dataset import Recording
+from corsmal.dataset.places import file_of
 from corsmal.errors import CorsmalError, FileError
 from corsmal.estimation import Estimate, TrainingMeans, estimate
 from corsmal.estimation.fit import FitSource
@@ -186,7 +187,8 @@ def _array_digest(recording: Recording, folder: Path | None) -> str | None:
 
 def _files(recording: Recording, made_with: MadeWith) -> list[Any]:
     """What an estimate is made from, besides detections."""
-    path = recording.audio_path if made_with.features is None else made_with.features / f"{recording.id}.npy"
+    folder = made_with.features
+    path = recording.audio_path if folder is None else file_of(folder, recording.id, ".npy")
     try:
         heard = None if path is None or made_with.filling is None else file_fingerprint(path)
     except FileError:

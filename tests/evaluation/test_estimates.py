@@ -46,8 +46,10 @@ def test_written_table_comes_back(tmp_path, estimates, suffix):
     assert [path.name for path in tmp_path.iterdir()] == [f"run{suffix}"]
 
 
-def test_a_number_too_large_for_any_quantity_is_unusable_and_named(tmp_path, recordings):
-    (tmp_path / "run.csv").write_text(f"recording_id,height_mm\n0,{'9' * 400}\n1,119\n", encoding="utf-8")
+@pytest.mark.parametrize("number", ["9" * 400, "1e999", "-" + "9" * 30])
+def test_a_number_too_large_for_any_quantity_is_unusable_and_named(tmp_path, recordings, number):
+    text = f"recording_id,height_mm,filling_type\n0,{number},{number}\n1,119,1\n"
+    (tmp_path / "run.csv").write_text(text, encoding="utf-8")
     checked = check_estimates(read_estimates(tmp_path / "run.csv"), recordings)
     assert checked.table["height_mm"].tolist()[1:] == [119]
     assert any("'height_mm' is unusable for recording 000000" in note for note in checked.notes)

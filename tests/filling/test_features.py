@@ -159,6 +159,15 @@ def test_arrays_are_read_with_and_without_channels(tmp_path, dtype):
     assert (three.row_s, one.row_s) == (LogMelParameters().row_s, 0.96)
 
 
+def test_an_arrays_name_follows_the_rule_for_ids(tmp_path):
+    folder = saved(tmp_path, "618", np.full((7, 128), 3.0))
+    saved(tmp_path, "0017", np.full((7, 128), 5.0))
+    assert recording_features(Recording("000618"), folder=folder).values.max() == 3
+    assert recording_features(Recording("000017"), folder=folder).values.max() == 5
+    saved(tmp_path, "000618", np.full((7, 128), 4.0))
+    assert recording_features(Recording("000618"), folder=folder).values.max() == 4
+
+
 def test_real_features_are_read(shared_root):
     folder = shared_root / "features" / "vggish"
     values = recording_features(Recording("000618"), folder=folder).values
