@@ -37,12 +37,19 @@ def estimates(
         Literal["skip", "zero"],
         typer.Option(help="Recordings without a row: skip does not score them, zero is the challenge's rule."),
     ] = "skip",
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Leave out rows that raise this flag, or any; the README lists the flags. Repeat it for more."
+        ),
+    ] = None,
 ) -> None:
     """Compare estimates with a dataset's annotation: the paper's Table 2 and the challenge's scores."""
     import pandas as pd
 
     from corsmal.dataset import open_dataset
     from corsmal.evaluation import ENDINGS, find_split, read_estimates, typeset_table_2
+    from corsmal.evaluation.flagged import without_flagged
     from corsmal.evaluation.splits import FoundSplit
     from corsmal.files import writing
 
@@ -50,9 +57,12 @@ def estimates(
     if out is not None and out.suffix not in formats:
         raise typer.BadParameter(f"the name must end in {', '.join(formats)}", param_hint="--out")
     dataset, found = open_dataset(root), read_estimates(table)
+    found, left_out = without_flagged(found, without or ())
     own = find_split(dataset.table, name=dataset.name)
     scored_as = own if split is None else FoundSplit(split, "--split names it")
-    said: list[str] = []
+    said = [left_out] if left_out else []
+    for sentence in said:
+        say(sentence)
     judged = [
         _judge(found, dataset.table, protocol=cast("Protocol", name), split=scored_as, absent=absent, said=said)
         for name in dict.fromkeys(protocol or ["held-out"])

@@ -1,7 +1,7 @@
 """A dataset: the recordings of one folder, and a table of what is known about them."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -10,6 +10,7 @@ import pandas as pd
 from corsmal.dataset.annotation import FIELDS, Annotation
 from corsmal.dataset.annotation_file import Annotations
 from corsmal.dataset.annotation_places import find_annotations
+from corsmal.dataset.clock import Matching
 from corsmal.dataset.findings import Finding, in_order
 from corsmal.dataset.ids import listed, recording_id
 from corsmal.dataset.layout import Recording
@@ -79,6 +80,11 @@ class Dataset:
         wanted = recording_id(name) or str(name)
         held = f"{len(self)} recordings, {self.ids[0]} to {self.ids[-1]}" if len(self) else "no recordings"
         raise NotFoundError(f"there is no recording {wanted[:40]!r} in {self.name}: it holds {held}")
+
+    def matched(self, matching: Matching) -> "Dataset":
+        """The same recordings, their views' frames matched in another way."""
+        recordings = {name: replace(recording, matching=matching) for name, recording in self._recordings.items()}
+        return Dataset(self.root, recordings, findings=self.findings)
 
     @property
     def problems(self) -> tuple[str, ...]:

@@ -159,3 +159,18 @@ def test_a_report_shows_a_collection_of_pins_and_says_what_there_is_instead(root
     ):
         with pytest.raises(NotFoundError, match=problem):
             command("report", root, *arguments)
+
+
+def test_views_are_matched_as_asked_and_flagged_rows_left_out(root, tmp_path):
+    written = {}
+    for name, options in {"plain": (), "later": ("--offset", "view1=0.1"), "number": ("--match", "index")}.items():
+        written[name] = tmp_path / f"{name}.csv"
+        command("estimate", root, "000000", "--out", written[name], *options)
+    rows = {name: read_estimates(path).iloc[0] for name, path in written.items()}
+    assert [row["flags"] for row in rows.values()] == ["", "views-by-time", ""]
+    assert "view1 has 12 frames at 30 fps" in rows["later"]["notes"]
+    assert rows["plain"]["capacity_ml"] == rows["number"]["capacity_ml"] != rows["later"]["capacity_ml"]
+    assert "1 of 2 rows" not in command("evaluate", "estimates", root, written["plain"], "--without", "any")
+    refused = CliRunner().invoke(cli.app, ["estimate", str(root), "--offset", "view1"])
+    assert refused.exit_code == 2
+    assert "is not like view1=0.4" in refused.output
