@@ -9,6 +9,8 @@ from starlette.applications import Starlette
 from streamlit.web.server.app_discovery import discover_asgi_app
 
 from corsmal.dataset import open_dataset
+from corsmal.ui import base_path
+from corsmal.ui.linked_plot.assets import plotly_url
 from corsmal.ui.playback import Playback
 from corsmal.ui.routes import DATASETS_MAX, PAGE_PATHS, PLAYBACKS_MAX, playback_url, routes, thumbnail_urls
 from tests.tiny import FRAMES, write_tiny_dataset
@@ -146,6 +148,16 @@ def test_a_pages_name_leads_to_its_address_with_all_that_it_says(name):
     assert status == 307
     assert headers["location"] == f"./{PAGE_PATHS[name]}?recording=000618&frame=3"
     assert get(f"/{name}")[1]["location"] == f"./{PAGE_PATHS[name]}"
+
+
+def test_everything_lies_below_the_servers_base_path(dataset, monkeypatch):
+    monkeypatch.setattr(base_path.config, "get_option", {"server.baseUrlPath": "/group/corsmal/"}.get)
+    [url] = thumbnail_urls(dataset, ["000000"])
+    assert url.startswith("/group/corsmal/thumbnails/")
+    assert get(url)[0] == 200
+    assert get("/group/corsmal/shape", query=b"frame=3")[1]["location"] == "./hull?frame=3"
+    assert get(plotly_url())[0] == 200
+    assert get("/shape")[0] == 404
 
 
 def test_every_page_has_an_address_under_its_name():

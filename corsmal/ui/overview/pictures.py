@@ -20,7 +20,7 @@ from corsmal.ui.messages import guarded, plain
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.overview.numbers import Tile
 from corsmal.ui.overview.tiles import page_link
-from corsmal.ui.shape.parameters import parameter_texts, turned
+from corsmal.ui.shape.parameters import chosen_camera, parameter_texts, turned
 from corsmal.ui.time_line import time_line
 
 HULL, HEIGHT_PX = "overview_hull", 330
@@ -68,11 +68,13 @@ def answer_pins(opened: OpenedRecording, found: Estimate, tiles: Mapping[str, Ti
     fit, current = found.fit, session.choice()
     if fit is None:
         raise NotFoundError(f"nothing was fitted in recording {opened.id}: there is no hull to pin")
-    preset = current.estimate_preset
+    figure = hull_figure(fit.hull, fit.dimensions, cameras=opened.cameras, preset=current.estimate_preset)
+    if current.scope is None:
+        figure.update_layout(chosen_camera())
     return [
         Pin(
             f"Answers for {opened.id}, {current.estimate_name}",
-            hull_figure(fit.hull, fit.dimensions, cameras=opened.cameras, preset=preset),
+            figure,
             numbers={
                 label: " · ".join(filter(None, (tile.value, tile.interval, tile.verdict)))
                 for label, tile in tiles.items()

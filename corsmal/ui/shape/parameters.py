@@ -80,6 +80,15 @@ def parameters_note() -> None:
     st.caption(f"With `{session.choice().preset}` these do something: {ours}. Of {' and '.join(names)} only: {others}.")
 
 
+def chosen_camera() -> dict[str, Any]:
+    """The layout of a figure in 3D that is seen as the user turned it; empty as it is at first."""
+    camera = session.choice().camera
+    if camera is None:
+        return {}
+    eye, centre = (dict(zip("xyz", camera[start : start + 3], strict=True)) for start in (0, 3))
+    return {"scene": {"camera": {"eye": eye, "center": centre}}}
+
+
 def parameter_texts(shape: ShapeParameters, *, name: str) -> dict[str, str]:
     """The parameters of a fit in words, those that do something only.
 

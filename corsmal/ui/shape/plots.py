@@ -18,7 +18,7 @@ from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import guarded
 from corsmal.ui.one_of import one_of
 from corsmal.ui.opened import OpenedRecording
-from corsmal.ui.shape.parameters import live_sliders, own_values, parameter_texts, parameters_note
+from corsmal.ui.shape.parameters import chosen_camera, live_sliders, own_values, parameter_texts, parameters_note
 
 SCOPES: dict[Scope, str] = {"container": "container", "cameras": "cameras"}
 HEIGHT_PX, SLIDERS_PX = 380, 70
@@ -137,9 +137,7 @@ def hull_pins(
     """The hull as it is seen, to be pinned: in a report it can be turned."""
     current = session.choice()
     figure = hull_figure(fit.hull, fit.dimensions, **_drawn(opened, beside=beside, known=_known(opened, fit)))
-    if current.camera is not None:
-        eye, centre = (dict(zip("xyz", current.camera[start : start + 3], strict=True)) for start in (0, 3))
-        figure.update_layout(scene_camera={"eye": eye, "center": centre})
+    figure.update_layout(chosen_camera())
     return [
         Pin(
             f"Hull of {opened.id}, {' + '.join(fit.pair)}, frame {fit.frame}, {current.shape_name}",
