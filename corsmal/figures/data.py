@@ -1,6 +1,7 @@
 """The numbers that a figure shows, as a table."""
 
 import base64
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -38,7 +39,7 @@ def figure_data(figure: go.Figure | Part) -> pd.DataFrame:
         titles = set(table[f"{name} axis"].dropna()) - {""}
         if len(titles) == 1:
             table = table.drop(columns=f"{name} axis").rename(columns={name: titles.pop()})
-    return table.replace("", None).dropna(axis="columns", how="all").reset_index(drop=True)
+    return table.replace("", None).dropna(axis="columns", how="all").infer_objects().reset_index(drop=True)
 
 
 def unpacked(value: Any) -> Any:
@@ -93,7 +94,7 @@ def _points(trace: Any) -> dict[str, Any]:
     for source in ("customdata", "text"):
         labels = _of(trace, source)
         if isinstance(labels, list | tuple | np.ndarray) and len(labels) == count and np.ndim(labels) == 1:
-            points["label"] = [str(label) for label in labels]
+            points["label"] = [_plain(label) for label in labels]
             break
     return points
 
@@ -107,5 +108,14 @@ def _named(values: Any, axis: Mapping[str, Any]) -> list[Any]:
     """Places on an axis; those that have a name by their names."""
     if axis["tickvals"] is None or axis["ticktext"] is None:
         return list(values)
-    names = dict(zip(axis["tickvals"], axis["ticktext"], strict=False))
+    names = dict(zip(axis["tickvals"], map(_plain, axis["ticktext"]), strict=False))
     return [names.get(value, value) for value in values]
+
+
+def _plain(label: Any) -> Any:
+    """A number as it is, a text without the tags that Plotly reads."""
+    return (
+        label
+        if isinstance(label, int | float | np.number)
+        else re.sub(r"</?(b|i|br|sub|sup|span)\b[^>]*>", "", str(label))
+    )

@@ -74,9 +74,9 @@ def _picture(figure: go.Figure | Part, stem: str) -> None:
 
 
 def _csv(figure: go.Figure | Part) -> bytes:
-    table = figure_data(figure)
-    for name in table.select_dtypes("float"):
-        table[name] = [float(f"{value:.{SIGNIFICANT}g}") for value in table[name]]
+    table = figure_data(figure).map(
+        lambda value: float(f"{value:.{SIGNIFICANT}g}") if isinstance(value, float) else value
+    )
     return csv_file(table).encode()
 
 

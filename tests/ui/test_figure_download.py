@@ -43,5 +43,7 @@ def test_a_view_that_nobody_can_have_is_ignored(figure, view):
 
 
 def test_data_has_the_digits_that_mean_something():
-    figure = go.Figure(go.Scatter(x=np.array([1 / 3]), y=["=1+1"], name="@a"))
-    assert _csv(figure).decode() == "trace,x,y\n'@a,0.333333,'=1+1\n"
+    figure = go.Figure(go.Scatter(x=np.array([1 / 3]), y=["=1+1"], name="@a", customdata=[2 / 3]))
+    assert _csv(figure).decode() == "trace,x,y,label\n'@a,0.333333,'=1+1,0.666667\n"
+    figure = go.Figure(go.Bar(x=[1.5], y=[0]), {"yaxis": {"tickvals": [0], "ticktext": ["<b>◆ none</b>"]}})
+    assert _csv(figure).decode() == "trace,x,y\ntrace 1,1.5,◆ none\n"
