@@ -38,7 +38,9 @@ def read_annotations(root: Path, names: Iterable[str]) -> Annotations:
         try:
             found, used = read_annotation_file(root / name, file=name), name
         except FileError as error:
-            findings.append(Finding("error", "annotation", error.problem, file=name))
+            is_remark = name.lower().endswith(".txt")
+            kind = "unused" if is_remark else "annotation"
+            findings.append(Finding("note" if is_remark else "error", kind, error.problem, file=name))
     if found is None:
         return Annotations({}, tuple(findings))
     return replace(found, findings=(*findings, *found.findings))
@@ -55,8 +57,8 @@ def find_annotations(root: Path, names: Iterable[str], *, ids: Collection[str]) 
     found = read_annotations(root, names)
     if found.by_id or found.by_container or any(finding.severity == "error" for finding in found.findings):
         return found
-    for place in (*(root / name for name in _FOLDERS), root.parent):
-        is_beside = place == root.parent
+    for place in (*(root / name for name in _FOLDERS), root.parent, *(root.parent / name for name in _FOLDERS)):
+        is_beside = not place.is_relative_to(root)
         inside = [name for name in _listed(place) if not is_beside or not _is_of_another_set(name, root.name)]
         other = _read_elsewhere(place, inside, root=root, ids=ids) if candidates(inside) else None
         if other is not None:
@@ -76,15 +78,17 @@ def candidates(names: Iterable[str]) -> list[str]:
 def _read_elsewhere(place: Path, names: list[str], *, root: Path, ids: Collection[str]) -> Annotations | None:
     """An annotation that does not lie in the folder itself; None where it is none of the recordings'."""
     stems = {Path(name).stem for name in candidates(names)}
-    if len(stems) > 1 and place == root.parent:
+    is_beside = not place.is_relative_to(root)
+    if len(stems) > 1 and is_beside:
         several = " and ".join(sorted(stems)[:3])
         what = f"annotations of several sets lie beside the folder ({several}) and none is used"
         return Annotations({}, (Finding("warning", "annotation", what, advice=f"put the right one into {root}"),))
     read = read_annotations(place, names)
-    where = "beside the folder" if place == root.parent else f"in the folder {place.name}"
-    if place == root.parent and not set(ids) & set(read.by_id) and not read.by_container:
-        return None
+    where = "beside the folder" if is_beside else f"in the folder {place.name}"
     named = [replace(finding, file=shown_path(place / finding.file, root)) for finding in read.findings]
+    if is_beside and not set(ids) & set(read.by_id) and not read.by_container:
+        broken = [replace(finding, severity="warning") for finding in named if finding.severity == "error"]
+        return Annotations({}, tuple(broken)) if broken else None
     used = candidates(names)[0]
     lies = Finding(
         "note", "annotation", f"is used as the annotation; it lies {where}", file=shown_path(place / used, root)

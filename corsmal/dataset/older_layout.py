@@ -112,7 +112,8 @@ def _has_older_names(folder: Listing) -> bool:
     if any(pattern.fullmatch(os.path.splitext(name)[0].lower()) and _has_ending(name, endings) for name in names):
         return True
     sounds = folder.folder("audio", "audios")
-    return sounds is not None and any(_FACTS.match(name.lower()) for name in listing(sounds).files)
+    stems = [] if sounds is None else [os.path.splitext(name.lower())[0] for name in listing(sounds).files]
+    return any(_FACTS.match(stem) or stem.endswith("_audio") for stem in stems)
 
 
 def _add_views(found: OlderLayout, part: str, inside: Listing, *, container: str, root: Path) -> None:

@@ -66,6 +66,15 @@ def test_all_fifteen_containers_are_opened(root: Path) -> None:
     assert [finding for finding in dataset.findings if finding.kind == "unused"] == []
 
 
+def test_sounds_are_enough_and_may_lie_in_either_folder(tmp_path: Path) -> None:
+    for path in ("4/audio/s0_fi2_fu1_b1_l1_audio.wav", "10/audios/0012_audio.WAV"):
+        (tmp_path / path).parent.mkdir(parents=True)
+        (tmp_path / path).touch()
+    dataset = open_dataset(tmp_path)
+    assert dataset.ids == ("10_0012", "4_s0_fi2_fu1_b1_l1")
+    assert any("no view1 videos: N/rgb/NAME_c1.mp4 is not there" in problem for problem in dataset.problems)
+
+
 def test_one_containers_folder_is_opened_with_the_same_ids(root: Path) -> None:
     assert open_dataset(root / "4").ids == ("4_s1_fi1_fu1_b0_l1",)
     assert open_dataset(root / "12").ids == ("12_0012",)

@@ -129,6 +129,7 @@ def test_links_that_lead_nowhere_and_hidden_files_are_named(tmp_path: Path) -> N
         (("data/annotation.json",), "data/annotation.json"),
         (("data/ccm_train_annotation.json", "data/ccm_test_annotation.json"), "data/ccm_train_annotation.json"),
         (("data/train/annotations/ccm_train_annotation.json",), "data/train/annotations/ccm_train_annotation.json"),
+        (("data/annotations/ccm_train_annotation.json",), "data/annotations/ccm_train_annotation.json"),
         (("data/ccm_test_pub_annotation.json",), None),
         (("data/one_annotation.json", "data/other_annotation.json"), None),
     ],
@@ -149,6 +150,16 @@ def test_annotation_of_other_recordings_beside_a_set_is_left_alone(tmp_path: Pat
     touch(tmp_path, "data/train/audio/000099.wav")
     write_json(tmp_path / "data/annotation.json", {"annotations": [ROW]})
     assert open_dataset(tmp_path / "data/train").ids == ("000099",)
+
+
+def test_broken_annotation_beside_a_set_and_remarks_in_it_are_named(tmp_path: Path) -> None:
+    touch(tmp_path, "data/train/audio/000003.wav", "data/annotation.csv")
+    (tmp_path / "data/train/annotation_readme.txt").write_text("Written by hand.\n", encoding="utf-8")
+    dataset = open_dataset(tmp_path / "data/train")
+    assert "../annotation.csv: is empty" in dataset.problems
+    said = {finding.file: (finding.severity, finding.what) for finding in dataset.findings}
+    assert said["annotation_readme.txt"][0] == "note"
+    assert "has no heading that is known" in said["annotation_readme.txt"][1]
 
 
 def test_folder_above_is_pointed_down_even_with_an_annotation(tmp_path: Path) -> None:
