@@ -96,6 +96,11 @@ def test_runs_are_kept_as_people_keep_them(visitor: Visitor) -> None:
     assert set(names[1:]) == {"as published", "tuned"}
 
     tick(visitor, [row])
+    visitor.press("Show its results")
+    assert visitor.address["run"] == run.short_id  # as before it was renamed
+    assert visitor.widget("run_picker").value == run.short_id
+    visitor.choose("evaluation_view", "runs")
+    tick(visitor, [row])
     visitor.press("Archive")
     assert visitor.test.dataframe[0].value["name"].tolist() == ["tuned"]
     visitor.test.toggle(key="runs_archived").set_value(True).run()

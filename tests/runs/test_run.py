@@ -9,7 +9,7 @@ from corsmal.errors import ArgumentError, FileError
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import Run, list_runs, load_run, make_run
 from corsmal.runs.making import data_digest
-from corsmal.runs.run import first_id, save_run
+from corsmal.runs.run import first_id, named_run, save_run
 from corsmal.stages.settings import DetectorSettings
 from corsmal.store import Store
 from corsmal.weights import WeightsFile
@@ -106,6 +106,15 @@ def test_changed_conditions_files_and_rows_have_other_digests(run, tmp_path):
     assert replace(run, data_digest=before).key != run.key
     assert replace(run, method_version=run.method_version + 1).key != run.key
     assert replace(run, name="other", engine="elsewhere").key == run.key
+
+
+def test_an_address_names_a_run_by_its_id_whatever_it_is_called_or_as_older_ones_by_its_name(run):
+    other = replace(run, name=run.short_id, id="")
+    renamed = replace(run, name="renamed")
+    assert named_run([other, renamed], run.short_id) is renamed
+    assert named_run([other, renamed], "renamed") is renamed
+    assert named_run([other, renamed], "first") is None
+    assert named_run([other, renamed], None) is None
 
 
 def test_a_run_is_described(run):

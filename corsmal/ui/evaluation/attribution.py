@@ -17,7 +17,7 @@ from corsmal.figures.heatmaps import share_figure
 from corsmal.runs.attribution import STAGES, attribute_run, known_stages, load_attribution
 from corsmal.runs.run import Run
 from corsmal.ui import shared
-from corsmal.ui.evaluation.downloads import downloads
+from corsmal.ui.evaluation.downloads import downloads, pin_figure
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 from corsmal.ui.folders import READ_ONLY, is_read_only
 from corsmal.ui.following import follow
@@ -43,8 +43,9 @@ def attribution_section(judged: Judged) -> None:
     st.markdown("\n".join(f"- **{STAGE_NAMES[stage]}.** {plain(text)}" for stage, text in sentences.items()))
     shown = _for_people(table)
     averages = shown[shown["container"] == AVERAGE]
+    figure = stage_figure(averages)
     linked_plot(
-        stage_figure(averages),
+        figure,
         key="attribution_average",
         label="Average errors as they are and with each stage replaced by the truth",
         height_px=120 + 30 * averages["label"].nunique(),
@@ -56,6 +57,8 @@ def attribution_section(judged: Judged) -> None:
         "points only. Intervals are 95 % intervals of a paired bootstrap over "
         "recordings; *no clear change*: the interval contains 0."
     )
+    told = {STAGE_NAMES[stage]: text for stage, text in sentences.items()}
+    pin_figure(judged, figure, title="Errors with each stage replaced by the truth", key="attribution", numbers=told)
     _by_container(shown, run)
     if not set(STAGES) <= set(rows):
         st.caption("The true masks and the true best frame are known only for synthetic recordings.")
