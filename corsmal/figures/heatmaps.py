@@ -10,7 +10,15 @@ from corsmal.dataset.annotation import Kind
 from corsmal.figures.style import AXIS, Part, axis, heatmap, note, plain_layout, scatter, side_by_side
 
 SHADE = [[0.0, "rgba(91,141,239,0.04)"], [1.0, "rgba(91,141,239,0.95)"]]
-BETTER_WORSE = [[0.0, "rgba(20,184,166,0.8)"], [0.5, "rgba(138,143,152,0.10)"], [1.0, "rgba(213,94,0,0.8)"]]
+BETTER_WORSE = [
+    *([0.0, "rgba(20,184,166,0.9)"], [0.495, "rgba(20,184,166,0.35)"], [0.4951, "rgba(138,143,152,0.10)"]),
+    *([0.5049, "rgba(138,143,152,0.10)"], [0.505, "rgba(213,94,0,0.35)"], [1.0, "rgba(213,94,0,0.9)"]),
+]
+"""The smallest difference that is one stands out, too."""
+
+FULL_POINTS = 20.0
+"""A difference of so many percentage points has the full colour."""
+
 GONE = [[0.0, "rgba(138,143,152,0.10)"], [1.0, "rgba(20,184,166,0.85)"]]
 GAPS = {"xgap": 2, "ygap": 2}
 
@@ -86,7 +94,7 @@ def sweep_figure(
     shown = np.where(is_clear, differences.to_numpy(), 0.0)
     across, down = errors.columns.to_numpy(dtype=np.float64), errors.index.to_numpy(dtype=np.float64)
     ticks = [[f"{value:g}" for value in steps] for steps in (across, down)]
-    largest = max(1.0, float(np.abs(shown).max(initial=0.0)))
+    largest = min(FULL_POINTS, max(1.0, float(np.nanmax(np.abs(shown), initial=0.0))))
     known = np.isfinite(values)
     cells = heatmap(
         np.where(known, shown, np.nan),
