@@ -115,7 +115,7 @@ def _heat_map(rows: list[dict[str, Any]], judged: Judged, grid: Grid) -> None:
         f"MAPE in % over {len(grid.recordings)} recordings. A cell is coloured where it differs from the "
         "run's own setting by more than noise, green where it is better: the 95 % interval of the difference excludes "
         f"0. The interval is that of a paired bootstrap over recordings ({RESAMPLES} draws of those that both settings "
-        "measure); one cell in twenty may be coloured by chance. Recordings that cannot be measured with a setting are in no mean; rest the mouse on a cell to see "
-        "how many. Click it to take its setting to the *Shape* page."
+        "measure); one cell in twenty may be coloured by chance. Recordings that cannot be measured with a setting are "
+        "in no mean; rest the mouse on a cell to see how many. Click it to take its setting to the *Shape* page."
     )
     downloads(table.drop(columns=[name for name in table if str(name).endswith(("_low", "_high"))]), name="sweep")
