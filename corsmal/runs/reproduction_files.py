@@ -1,7 +1,6 @@
 """The files of a reproduction: Table 2, Fig. 3, Table 3, the leaderboard's row, submissions and the report."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields
 from datetime import date
 from pathlib import Path
 
@@ -24,10 +23,11 @@ from corsmal.evaluation import (
     write_estimates,
     write_submission,
 )
-from corsmal.evaluation.exporting import TableFormat, heading
+from corsmal.evaluation.exporting import TableFormat
 from corsmal.figures.heatmaps import confusion_figure
 from corsmal.figures.report import Banner, Chart, Report, Section, Table, Table2, Text, report_html
 from corsmal.files import writing
+from corsmal.runs.report_appendix import parameters_table
 from corsmal.runs.reproduction_kept import DISK_ADVICE, ESTIMATES, REPORT, Confusions, write_summary
 from corsmal.runs.reproduction_results import Results, TestResult
 from corsmal.runs.reproduction_settings import ReproductionSettings
@@ -94,18 +94,21 @@ def _report(
     """The report; its few figures are drawn by the reader's browser, so that none is needed here."""
     split = find_split(results.dataset.table, name=results.dataset.name)
     caption = "Table 2, in %: MPF1 and MAPE with 95 % bootstrap intervals over recordings, beside the paper's."
+    shown = {
+        quantity: {kind: table for kind, table in by_kind.items() if table.to_numpy().any()}
+        for quantity, by_kind in confusions.items()
+    }
     figures = [
         Chart(
-            confusion_figure(counts),
+            confusion_figure(by_kind),
             f"Fig. 3, {LABELS[quantity].lower()}: rows are true, columns predicted; {_judged(results)}.",
             330,
         )
-        for quantity, counts in confusions.items()
-        if any(table.to_numpy().any() for table in counts.values())
+        for quantity, by_kind in shown.items()
+        if by_kind
     ]
-    tests = [Section(f"Test set {name}", [Table(table)]) for name, table in scores.items()]
-    parameters = {heading(name): str(value) for name, value in _parameters(settings).items()}
-    table = pd.DataFrame({"parameter": list(parameters), "value": list(parameters.values())})
+    tests = [_test_section(name, table) for name, table in scores.items()]
+    own = pd.DataFrame([{"setting": name, "value": value} for name, value in _settings_words(settings).items()])
     synthetic = is_synthetic(results.dataset)
     return Report(
         title=f"Reproduction of the paper's evaluation on {results.dataset.name}",
@@ -117,7 +120,11 @@ def _report(
             *([Section("Fig. 3", figures)] if figures else []),
             *tests,
             Section("Notes", [Text([*notes, str(split)])]),
-            Section("Parameters", [Table(table)], starts_page=True),
+            Section(
+                "Parameters",
+                [Table(own), Table(parameters_table({"value": settings.shape}), "Parameters of the fit")],
+                starts_page=True,
+            ),
         ],
     )
 
@@ -159,9 +166,27 @@ def _test_table(test: TestResult, folder: Path) -> pd.DataFrame:
     return leaderboard_row(scores, name=f"this program; {split}")
 
 
-def _parameters(settings: ReproductionSettings) -> dict[str, object]:
-    own = {field.name: getattr(settings, field.name) for field in fields(settings)}
-    return {name: value for name, value in own.items() if name != "shape"} | asdict(settings.shape)
+def _test_section(name: str, table: pd.DataFrame) -> Section:
+    """The scores of a test set; what is said about this program's row stands below the table."""
+    if "team" not in table:
+        return Section(f"Test set {name}", [Text(list(table["note"]))])
+    teams = table["team"].str.partition("; ")
+    known = table.assign(team=teams[0]).dropna(axis="columns", how="all")
+    return Section(f"Test set {name}", [Table(known, "Scores in %"), Text(list(teams[2]))])
+
+
+def _settings_words(settings: ReproductionSettings) -> dict[str, str]:
+    """The settings of a reproduction as people read them."""
+    detector = settings.detector
+    return {
+        "Protocol": settings.protocol,
+        "Folds": settings.folds,
+        "Cross-validations": str(settings.seeds),
+        "Preset of the networks": settings.networks,
+        "Features": "log-mel of the sound" if settings.features is None else settings.features.name,
+        "Detector": "none: existing detections are used" if detector is None else detector.method,
+        "Training": "a few epochs only (quick)" if settings.is_quick else "in full",
+    }
 
 
 def _write(path: Path, text: str) -> None:
