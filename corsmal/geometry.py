@@ -47,8 +47,10 @@ class Camera:
             raise ArgumentError(f"size must be two positive numbers of pixels (width, height), got {self.size}")
         if self.intrinsic[0, 0] <= 0 or self.intrinsic[1, 1] <= 0 or not np.allclose(self.intrinsic[2], (0, 0, 1)):
             raise ArgumentError("intrinsic must have positive focal lengths and the last row 0 0 1")
-        product = self.rotation @ self.rotation.T
-        if not np.allclose(product, np.eye(3), atol=ROTATION_TOLERANCE) or np.linalg.det(self.rotation) < 0:
+        with np.errstate(over="ignore", invalid="ignore"):
+            product = self.rotation @ self.rotation.T
+            is_rotation = np.allclose(product, np.eye(3), atol=ROTATION_TOLERANCE) and np.linalg.det(self.rotation) > 0
+        if not is_rotation:
             raise ArgumentError("rotation must be a (3, 3) rotation matrix (orthonormal, determinant +1)")
 
     @cached_property

@@ -129,8 +129,8 @@ def _by_time(times: Mapping[str, Times], matching: Matching, notes: tuple[str, .
     tolerance_s = 0.5 / (rate(own) or 1.0) + 1e-6
     frames, nearest = {}, {}
     for name, each in times.items():
-        if name == reference:
-            continue
+        if name == reference or not rate(each):
+            continue  # without time stamps numbers are all there is
         begins_s = each[0] + offsets.get(name, 0.0) - start_s
         if name not in offsets and reference not in offsets and abs(begins_s) <= START_MAX_S:
             begins_s = 0.0
@@ -189,7 +189,8 @@ def _differences(times: Mapping[str, Times], matching: Matching) -> tuple[str, .
     for name, each in sorted(used.items()):
         start_s = float(each[0]) + offsets.get(name, 0.0)
         start = f" from {start_s:.2f} s on" if abs(start_s) > START_MAX_S else ""
-        parts.append(f"{name} has {len(each)} frames at {rate(each):.4g} fps{start}")
+        speed = f"at {rate(each):.4g} fps" if rate(each) else "without time stamps"
+        parts.append(f"{name} has {len(each)} frames {speed}{start}")
     is_by_time = matching.by == "time"
     how = "frames are matched by time" if is_by_time else "frames are matched by number"
     if is_steady:

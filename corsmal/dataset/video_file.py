@@ -44,7 +44,9 @@ def open_video(path: Path) -> av.container.InputContainer:
         raise FileError(path, "there is no such video file")
     form = FORMATS.get(path.suffix.lower(), "mp4")
     try:
-        container = av.open(f"file:{path}", format=form, options={"protocol_whitelist": "file"})
+        container = av.open(
+            f"file:{path}", format=form, options={"protocol_whitelist": "file"}, metadata_errors="replace"
+        )
     except (av.FFmpegError, OSError) as error:
         kind = "an MP4 video" if form == "mp4" else f"a video ({path.suffix})"
         problem = f"cannot be opened as {kind} ({error.strerror}); it may be truncated, download it again"
@@ -63,12 +65,16 @@ def open_video(path: Path) -> av.container.InputContainer:
 
 
 def video_stream(container: av.container.InputContainer) -> av.VideoStream:
-    """The stream with the most frames, of those that are no cover picture.
+    """The stream with the most frames, of those in a known form that are no cover picture.
 
     Raises:
         IndexError: there is none.
     """
-    streams = [each for each in container.streams.video if not each.disposition & Disposition.attached_pic]
+    streams = [
+        each
+        for each in container.streams.video
+        if each.codec_context is not None and not each.disposition & Disposition.attached_pic
+    ]
     return sorted(streams, key=lambda stream: -stream.frames)[0]
 
 

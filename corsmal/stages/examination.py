@@ -61,7 +61,7 @@ class ExamineTask:
         with _noting(findings, "sound"):
             findings += sound_findings(recording, deep=self.deep)
         detections = load_detections(recording, store=Store(self.cache))
-        findings += detection_findings(detections.notes)
+        findings += detection_findings(recording, detections.notes)
         return {
             "recording_id": recording.id,
             "status": "examined",

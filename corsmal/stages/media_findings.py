@@ -46,14 +46,15 @@ def sound_findings(recording: Recording, *, deep: bool) -> list[Finding]:
     return [Finding(_severity(note), "sound", note, file=str(recording.audio_path)) for note in notes]
 
 
-def detection_findings(notes: tuple[str, ...]) -> list[Finding]:
+def detection_findings(recording: Recording, notes: tuple[str, ...]) -> list[Finding]:
     """What was said when detections were read and matched: an error where something could not be used."""
     findings = []
     for note in notes:
         flag = getattr(note, "flag", "")
         kind = "video" if flag.startswith("views-") else "detections"
         is_used = kind == "video" or flag == "detections-interpreted"
-        findings.append(Finding("warning" if is_used else "error", kind, note))
+        what = f"{recording.id}: {note}" if kind == "video" else note
+        findings.append(Finding("warning" if is_used else "error", kind, what))
     return findings
 
 

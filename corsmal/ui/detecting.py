@@ -77,8 +77,11 @@ def automatic_detector(recording: Recording) -> DetectorSettings | None:
 
 def can_inspect_frame(opened: OpenedRecording, frame: int) -> bool:
     """Whether a frame of some view could be inspected and was not."""
-    views = opened.detections.views
-    return any(frame < count and frame not in views.get(name, ()) for name, count in open_views(opened).items())
+    views, clock = opened.detections.views, opened.recording.clock()
+    return any(
+        frame < count and frame not in views.get(name, ()) and clock.own(name, frame) is not None
+        for name, count in open_views(opened).items()
+    )
 
 
 def inspect_frame(opened: OpenedRecording, frame: int) -> Job:

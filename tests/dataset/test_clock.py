@@ -81,6 +81,16 @@ def test_lengths_that_differ_are_said(tmp_path):
     assert clock.notes[0].endswith("view3 has 30 frames at 30 fps: by their time stamps all begin together")
 
 
+def test_without_time_stamps_numbers_count(tmp_path):
+    made = recording(tmp_path, view1=range(COUNT), view3=range(COUNT))
+    content = made.views["view1"].video_path.read_bytes()
+    steps = content.index(b"stts") + 8
+    made.views["view1"].video_path.write_bytes(content[: steps + 8] + bytes(4) + content[steps + 12 :])
+    clock = made.clock()
+    assert [clock.own("view1", frame) for frame in (0, 7, 29)] == [0, 7, 29]
+    assert "view1 has 30 frames without time stamps, view3 has 30 frames at 30 fps" in clock.notes[0]
+
+
 def test_an_offset_is_added_and_numbers_count_when_asked(tmp_path):
     views = {"view1": range(COUNT - 6), "view3": range(COUNT)}
     clock = recording(tmp_path, Matching(offsets_s=(("view1", 0.2),)), **views).clock()

@@ -201,3 +201,20 @@ def test_huge_pictures_are_refused_before_one_is_made(plain: Path, monkeypatch: 
     monkeypatch.setattr("corsmal.dataset.video_file.PIXELS_MAX", WIDTH * HEIGHT - 1)
     with pytest.raises(FileError, match="has pictures of 64x48 pixels, too large to be read"):
         Video(plain)
+
+
+@pytest.mark.parametrize("tag", [b"\xe9t\xe9", b"\xf2\xff\xff"])
+def test_tags_in_another_encoding_do_not_matter(plain: Path, tmp_path: Path, tag: bytes) -> None:
+    content = plain.read_bytes()
+    assert b"VideoHandler" in content
+    path = tmp_path / "tags.mp4"
+    path.write_bytes(content.replace(b"VideoHandler", tag.ljust(12, b"x")))
+    with Video(path) as video:
+        assert greys(video) == list(range(COUNT))
+
+
+def test_a_video_in_an_unknown_form_is_named(plain: Path, tmp_path: Path) -> None:
+    path = tmp_path / "unknown.mp4"
+    path.write_bytes(plain.read_bytes().replace(b"avc1", b"zzzz"))
+    with pytest.raises(FileError, match="holds no video"):
+        Video(path)
