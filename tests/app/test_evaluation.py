@@ -413,7 +413,7 @@ def test_resuming_and_updating_detect_with_the_runs_detector(
 
 
 @pytest.mark.usefixtures("run")
-def test_a_bad_name_is_said_before_a_run_begins(dataset: Dataset) -> None:
+def test_a_bad_name_is_said_before_a_run_begins_and_one_with_a_good_name_is_shown(dataset: Dataset) -> None:
     visitor = opened(dataset.root)
     visitor.choose("run_preset", "lode")
     for name, said in (("first", "the name 'first' is taken"), ("<b>", "begins with a letter"), (" ", "needs a name")):
@@ -421,6 +421,13 @@ def test_a_bad_name_is_said_before_a_run_begins(dataset: Dataset) -> None:
         visitor.press("Run")
         assert said in visitor.errors[0]
     assert [run.name for run in list_runs(store=shared.store())] == ["first"]
+    visitor.test.text_input(key="run_name lode 1").set_value("a good name").run()
+    visitor.press("Run")
+    visitor.wait_for(no_job)
+    visitor.test.run()
+    [made] = [run for run in list_runs(store=shared.store()) if run.name == "a good name"]
+    assert visitor.address["run"] == visitor.widget("run_picker").value == made.short_id
+    assert visitor.errors == visitor.crashes == []
 
 
 @pytest.mark.usefixtures("run")

@@ -1,6 +1,7 @@
 """The run that is shown, what it was made with, and how far it is."""
 
 import streamlit as st
+from streamlit.delta_generator import DeltaGenerator
 
 from corsmal.dataset import Dataset
 from corsmal.runs.keeping import delete_run, restore_run
@@ -103,12 +104,9 @@ def _without_runs(dataset: Dataset) -> None:
 
 
 def _picker(dataset: Dataset, found: list[Run], *, is_lost: bool) -> Run | None:
-    wanted = session.choice().run  # a run that was started a moment ago may not be kept yet
-    run = (
-        None
-        if is_lost
-        else named_run(found, wanted) or next((each for each in found if not each.is_archived), found[0])
-    )
+    wanted = named_run(found, session.choice().run)
+    newest = next((run for run in found if not run.is_archived), found[0])
+    run = None if is_lost else wanted or newest
     by_id = {each.short_id: each for each in found if not each.is_archived or each is run}
     left, middle, right = st.columns([5, 1.4, 1.4], vertical_alignment="bottom")
     st.session_state["run_picker"] = None if run is None else run.short_id
@@ -122,18 +120,26 @@ def _picker(dataset: Dataset, found: list[Run], *, is_lost: bool) -> Run | None:
     )
     if run is None:
         return None
-    if wanted != run.short_id:  # none yet, or a name: of a run that has just begun, or in an older address
+    is_busy = shared.jobs().is_active(job_key(dataset))
+    # A run that was started a moment ago may not be kept yet; the address has its name until then
+    if session.choice().run != run.short_id and (wanted is not None or not is_busy):
         session.choose(settled=False, run=run.short_id)
         session.write_address()
-    if is_read_only():
-        return run
+    if not is_read_only():
+        _actions(dataset, found, run, (middle, right), is_busy=is_busy)
+    return run
+
+
+def _actions(
+    dataset: Dataset, found: list[Run], run: Run, places: tuple[DeltaGenerator, DeltaGenerator], *, is_busy: bool
+) -> None:
+    """What can be made, and what can be done with the run that is shown."""
     job = shared.jobs().get(job_key(dataset))
     # A popover stays open until another one takes its place: once something was started in it
     state = f"{run.id} {None if job is None else job.started_s}"
-    with middle.popover("New run", icon=":material/add:", width="stretch", key=f"new_run {state}"):
+    with places[0].popover("New run", icon=":material/add:", width="stretch", key=f"new_run {state}"):
         new_run(dataset, [each.name for each in found])
-    with right.popover("This run", icon=":material/more_horiz:", width="stretch", key=f"this_run {state}"):
-        is_busy = job is not None and job.active
+    with places[1].popover("This run", icon=":material/more_horiz:", width="stretch", key=f"this_run {state}"):
         st.button(
             "Update",
             icon=":material/refresh:",
@@ -153,7 +159,6 @@ def _picker(dataset: Dataset, found: list[Run], *, is_lost: bool) -> Run | None:
             help="Can be undone for 30 days. The estimates of its recordings stay in the store.",
         )
         st.caption("Name, note and archive: see *All runs*.")
-    return run
 
 
 def _label(run: Run) -> str:
