@@ -163,6 +163,7 @@ def _present(top: Listing) -> Layout:
             found = files_by_id(listing(path), endings, root=root)
             files[part][view] = dict(found.by_id)
             findings += found.findings
+            findings += _without_video(found.by_id, files["rgb"][view], root=root)
         findings += folder_findings({inside.path / name for name in inside.folders} - parts, root=root)
     sounds = truths = None
     if (audio := top.folder(*_SOUNDS)) is not None:
@@ -182,6 +183,16 @@ def _present(top: Listing) -> Layout:
         top.files,
         findings=tuple(findings),
     )
+
+
+def _without_video(by_id: Mapping[str, Path], videos: Mapping[str, Path], *, root: Path) -> list[Finding]:
+    """One finding on the files of a folder that belong to no video of the same view."""
+    alone = [path for name, path in by_id.items() if name not in videos]
+    if not alone:
+        return []
+    count = f"{len(alone)} files are" if len(alone) > 1 else "1 file is"
+    what = f"{count} not used, because this view has no video of the recording: {alone[0].name}"
+    return [Finding("note", "unused", what + (", …" if len(alone) > 1 else ""), shown_path(alone[0].parent, root))]
 
 
 def _unpacked_twice(inside: Listing, name: str) -> Listing:

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from corsmal.dataset import Dataset, open_dataset
 from corsmal.dataset.ids import recording_id
@@ -189,3 +191,28 @@ def test_the_other_form_of_an_annotation_is_said_to_be_unused(tmp_path: Path) ->
     (tmp_path / "ccm_annotation.csv").write_text("id\n3\n", encoding="utf-8")
     found = unused(open_dataset(tmp_path))
     assert found == {"ccm_annotation.csv": "ccm_annotation.csv: is not used: ccm_annotation.json is the annotation"}
+
+
+STEMS = st.one_of(
+    st.sampled_from(["3", "000003", "000003 (1)", "-1", "a b", "cup_a", "000004", "é", "3.0"]),
+    st.text(st.characters(exclude_characters="/\0", exclude_categories=["Cs", "Cc"]), min_size=1, max_size=6),
+)
+FOLDERS = ["view1/rgb", "View2/RGB", "view3/calib", "view1/detections", "audio", "view1", ""]
+ENDINGS = [".mp4", ".MOV", ".wav", ".flac", ".pickle", ".json", ".zip", ".part", ""]
+NAMES = st.builds("{}/{}{}".format, st.sampled_from(FOLDERS), STEMS, st.sampled_from(ENDINGS))
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(names=st.sets(NAMES, min_size=1, max_size=8))
+def test_every_file_of_a_part_is_used_or_named(tmp_path_factory: pytest.TempPathFactory, names: set[str]) -> None:
+    root = touch(tmp_path_factory.mktemp("any"), "audio/000099.wav", *(name.lstrip("/") for name in names))
+    dataset = open_dataset(root)
+    used = {recording.audio_path for recording in dataset}
+    for recording in dataset:
+        assert recording.id == recording_id(recording.id)
+        for view in recording.views.values():
+            used |= {view.video_path, view.calibration_path, view.detections_path}
+    named = {finding.file for finding in dataset.findings}
+    for path in (path for path in (*root.glob("*/*/*"), *(root / "audio").iterdir()) if path.is_file()):
+        shown, folder = (each.relative_to(root).as_posix() for each in (path, path.parent))
+        assert path in used or shown in named or folder in named, shown
