@@ -31,6 +31,7 @@ class RunProgress:
         total: recordings that are wanted.
         stages: by ``Work``, how many recordings are done and wanted; only what there is to do.
         left_s: how long the rest will take; None as long as some kind of work has not been timed.
+        is_at_most: whether ``left_s`` also counts that the workers had to start, and the rest will be quicker.
         frames: of the recording in which is being detected, how many are inspected and wanted; None where that is not
             known, such as in other processes.
     """
@@ -39,6 +40,7 @@ class RunProgress:
     total: int
     stages: Mapping[Work, tuple[int, int]]
     left_s: float | None
+    is_at_most: bool = False
     frames: tuple[int, int] | None = None
 
     @property
@@ -126,15 +128,18 @@ class RunPace:
     def progress(self) -> RunProgress:
         """How far the run is."""
         stages = {kind: (self._done[kind], wanted) for kind, wanted in self._wanted.items()}
-        return RunProgress(sum(self._done.values()), sum(self._wanted.values()), stages, self._left_s(), self._frames)
+        left_s, is_at_most = self._left_s()
+        done, total = sum(self._done.values()), sum(self._wanted.values())
+        return RunProgress(done, total, stages, left_s, is_at_most, self._frames)
 
-    def _left_s(self) -> float | None:
-        left_s = 0.0
+    def _left_s(self) -> tuple[float | None, bool]:
+        """How long the rest will take, and whether that is known only from rows for which a worker had to start."""
+        left_s, is_at_most = 0.0, False
         for kind, wanted in self._wanted.items():
             left, times_s = wanted - self._done[kind], [*self._times_s[kind]]
             enough = 1 if kind == "read" else min(self._workers, wanted)
-            if len(times_s) < enough:
-                times_s += self._first_s[kind]
+            if left and len(times_s) < enough:
+                times_s, is_at_most = times_s + self._first_s[kind], True
             times_s = times_s if len(times_s) >= enough else []
             if kind == "detect" and left and self._frames and self._frames[0] >= FRAMES_LEAST:
                 spent_s = self._clock() - self._last_s
@@ -142,6 +147,6 @@ class RunPace:
                 left_s += max(0.0, whole_s - spent_s)
                 left, times_s = left - 1, times_s or [whole_s]
             if left and not times_s:
-                return None
+                return None, False
             left_s += left * sum(times_s) / max(1, len(times_s))
-        return left_s
+        return left_s, is_at_most

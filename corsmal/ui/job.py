@@ -34,6 +34,7 @@ class Job:
         results: how many times the work has kept more results.
         waits_for: the label of the job that goes first; empty where there is none.
         is_left: no session shows its results any more.
+        is_at_most: whether the time left will rather be shorter than it is said to be.
         detail: what each stage of the work has done, one sentence; empty where there is one stage.
     """
 
@@ -49,6 +50,7 @@ class Job:
     waits_for: str = ""
     is_left: bool = False
     detail: str = ""
+    is_at_most: bool = False
     started_s: float = field(default_factory=time.monotonic)
     _waited_s: float = 0.0
     _idle_s: float = 0.0
@@ -65,8 +67,9 @@ class Job:
             self._waited_s = 0.0
         self.done, self.total = done, total
 
-    def forecast(self, left_s: float | None) -> None:
+    def forecast(self, left_s: float | None, *, is_at_most: bool = False) -> None:
         """Say how long the rest will take, or that it is not known yet, where the pace since the start misleads."""
+        self.is_at_most = is_at_most
         self._has_forecast, self._end_s = True, None if left_s is None else time.monotonic() + left_s
 
     def keep(self) -> None:
@@ -123,9 +126,9 @@ def progress_text(job: Job, unit: str) -> str:
         return f"{job.label}: waits for “{job.waits_for}”"
     if not job.total:
         return f"{job.label} …"
-    left_s = job.seconds_left
-    time_left = "" if left_s is None else f", about {duration_text(left_s)} left"
-    if left_s == 0 and job.done < job.total:
-        time_left = ", taking longer than expected"
+    left_s, time_left = job.seconds_left, ""
+    if left_s is not None and job.done < job.total:
+        how = "at most" if job.is_at_most else "about"
+        time_left = f", {how} {duration_text(left_s)} left" if left_s else ", taking longer than expected"
     done = f"{100 * job.fraction:.0f} %" if unit == "%" else f"{job.done} of {job.total} {unit}"
     return f"{job.label}: {done}{time_left}"

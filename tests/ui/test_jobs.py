@@ -39,6 +39,8 @@ def test_a_forecast_takes_the_place_of_the_pace_so_far():
     job.forecast(-5)
     assert job.seconds_left == 0
     assert progress_text(job, "%") == "Making: 25 %, taking longer than expected"
+    job.forecast(60.4, is_at_most=True)
+    assert progress_text(job, "%") == "Making: 25 %, at most 60 s left"
 
 
 def test_the_part_of_a_step_moves_the_bar_and_a_clock_stands_still_while_others_go_first():
@@ -239,7 +241,7 @@ def test_results_are_counted():
         (0, 10, 3, "Detecting: 0 of 10 frames"),
         (5, 10, 20, "Detecting: 5 of 10 frames, about 20 s left"),
         (1, 10, 20, "Detecting: 1 of 10 frames, about 3 min left"),
-        (10, 10, 20, "Detecting: 10 of 10 frames, about 0 s left"),
+        (10, 10, 20, "Detecting: 10 of 10 frames"),
     ],
 )
 def test_progress_is_said_in_a_sentence(monkeypatch, done, total, elapsed_s, expected):

@@ -107,7 +107,7 @@ def start(dataset: Dataset, name: str, ids: Sequence[str], settings: EstimateSet
     def work(job: Job) -> None:
         def watch(progress: RunProgress) -> None:
             nonlocal shown_s
-            job.forecast(progress.left_s)
+            job.forecast(progress.left_s, is_at_most=progress.is_at_most)
             job.advance(progress.done, progress.total)
             job.part = progress.fraction * progress.total - progress.done
             job.detail = progress_detail(progress)
