@@ -143,7 +143,8 @@ def show(root: Root, name: Name, *, as_json: AsJson = False) -> None:
     files = {
         f"{file.kind} weights": str(file.path) for file in (run.settings.filling, run.settings.mass) if file is not None
     }
-    facts = {"name": run.name, **run.facts(), **files, "estimates": _counts(run)}
+    label = {"name": run.name, "id": run.short_id, "note": run.note}
+    facts = {**label, **run.facts(), **files, "estimates": _counts(run)}
     if as_json:
         typer.echo(json.dumps(facts, indent=1))
     else:
