@@ -130,7 +130,7 @@ def _scalar(number_type: object, content: object) -> object:
 
 def _encoded(text: str, encoding: str = "latin1") -> bytes:
     if encoding not in ("latin1", "latin-1"):
-        raise ForbiddenError(f"the encoding {str(encoding)[:40]!r}")
+        raise ForbiddenError("text in an encoding other than latin1")
     return text.encode("latin1")
 
 
@@ -146,6 +146,10 @@ def _dictionary(*pairs: Any) -> "OrderedDict[Any, Any]":
     for items in pairs:
         _plain_keys(item[0] for item in items)
     return OrderedDict(*pairs)
+
+
+def _is_callable(function: list[Any]) -> bool:
+    return len(function) == 1 and isinstance(function[0], _Allowed)
 
 
 def _cost(value: object) -> int:
@@ -199,6 +203,9 @@ class _PlainUnpickler(pickle._Unpickler):
             raise ForbiddenError(f"more than {OPCODES_MAX} instructions")
         if code in _CALLS and self.stack:
             arguments = self.stack[-1]
+            # a call of something else fails with a text that spells it out, however large it is
+            if code == pickle.REDUCE[0] and not (isinstance(arguments, tuple) and _is_callable(self.stack[-2:-1])):
+                raise ForbiddenError("a call of something that is no function")
             parts = arguments if isinstance(arguments, tuple | list) else ()
             self._created += sum(map(_cost, parts)) + len(parts)
             if self._created > BYTES_CREATED_MAX:
@@ -222,13 +229,13 @@ class _PlainUnpickler(pickle._Unpickler):
         self.append(bytearray(data))
 
 
-_CALLS = frozenset(code[0] for code in (pickle.REDUCE, pickle.BUILD, pickle.NEWOBJ, pickle.NEWOBJ_EX))
+_CALLS = frozenset(code[0] for code in (pickle.REDUCE, pickle.BUILD))
 _NUMBERS = frozenset(code[0] for code in (pickle.INT, pickle.LONG, pickle.LONG1, pickle.LONG4))
 _FORBIDDEN = {
     code[0]: what
     for what, codes in {
         "a set": (pickle.EMPTY_SET, pickle.ADDITEMS, pickle.FROZENSET),
-        "an object with arguments of its own": (pickle.OBJ, pickle.INST),
+        "an object of a class": (pickle.OBJ, pickle.INST, pickle.NEWOBJ, pickle.NEWOBJ_EX),
         "a reference to something outside": (pickle.PERSID, pickle.BINPERSID, pickle.EXT1, pickle.EXT2, pickle.EXT4),
     }.items()
     for code in codes

@@ -73,7 +73,7 @@ def fit_hull(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: Shape
     from corsmal.shape.kernels import first_fitting_radius  # noqa: PLC0415 - Numba takes long to import
 
     first = first_fitting_radius(
-        tuple(np.ascontiguousarray(crop) for crop in crops),
+        tuple(np.array(crop, order="C") for crop in crops),
         corners.astype(np.int64),
         axis @ projections.transpose(0, 2, 1),
         _unit_circle(parameters.points) @ projections[:, :, :2].transpose(0, 2, 1),

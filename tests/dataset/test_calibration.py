@@ -307,6 +307,9 @@ def _shared_lists(depth: int) -> bytes:
 _TIMES = b"c_codecs\nencode\nq\x00X" + (900_000).to_bytes(4, "little") + b"a" * 900_000 + b"\x85q\x01"
 _ATTACKS = {
     "tuples as a key": _nested_tuples(60),
+    "tuples called": b"\x80\x02}N" + b"2\x86" * 60 + b"NR.",
+    "tuples as an encoding": b"\x80\x02c_codecs\nencode\nX\x01\x00\x00\x00aN" + b"2\x86" * 60 + b"\x86R.",
+    "tuples as a type": b"\x80\x02cnumpy\ndtype\nN" + b"2\x86" * 60 + b"\x85R.",
     "tuples in DICT": b"\x80\x02(N" + b"2\x86" * 60 + b"Nd.",
     "tuples in a set": b"\x80\x04\x8f(N" + b"2\x86" * 60 + b"\x90.",
     "shared lists": _shared_lists(60),

@@ -229,3 +229,12 @@ def test_on_mask_rounds_and_refuses_what_is_outside():
     mask[2, 5] = True
     pixels = np.array([[5.4, 1.6], [5.6, 2.0], [4.4, 2.0], [np.nan, 2.0], [5.0, -1.0]])
     assert on_mask(mask, pixels).tolist() == [True, False, False, False, False]
+
+
+def test_masks_may_be_read_only_and_fill_the_picture():
+    cameras = [each for name, each in tiny_cameras((64, 36)).items() if name in ("view3", "view1")]
+    whole, part = np.ones((36, 64), dtype=bool), np.zeros((36, 64), dtype=bool)
+    part[12:20, 28:36] = True
+    whole.flags.writeable = part.flags.writeable = False
+    hull = fit_hull(cameras, [whole, part], ShapeParameters.paper())
+    assert hull.ok or hull.reason
