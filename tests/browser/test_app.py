@@ -128,7 +128,7 @@ def test_keys_step_through_the_frames(page: Page, address: str) -> None:
     plot(page, "Scores of the frames")
     for key, frame in (("ArrowRight", 3), ("ArrowRight", 4), ("ArrowLeft", 3), ("Home", 0)):
         page.keyboard.press(key)
-        expect(page.get_by_text(f"view3, frame {frame}", exact=False)).to_be_visible()
+        expect(page.get_by_text(f"view3, frame {frame}", exact=True)).to_be_visible()
         page.wait_for_url(re.compile(rf"[?&]frame={frame}\b"))
 
 
@@ -138,13 +138,13 @@ def test_held_key_is_one_step_of_the_history(page: Page, address: str) -> None:
     before = page.evaluate("history.length")
     for frame in (2, 3, 4, 5):
         page.keyboard.down("ArrowRight")  # again and again without an up, as a held key repeats
-        expect(page.get_by_text(f"view3, frame {frame}", exact=False)).to_be_visible()
+        expect(page.get_by_text(f"view3, frame {frame}", exact=True)).to_be_visible()
         assert query(page)["frame"] == "1"
     page.keyboard.up("ArrowRight")
     page.wait_for_url(re.compile(r"[?&]frame=5\b"))
     assert page.evaluate("history.length") == before + 1
     page.go_back()
-    expect(page.get_by_text("view3, frame 1", exact=False)).to_be_visible()
+    expect(page.get_by_text("view3, frame 1", exact=True)).to_be_visible()
 
 
 @pytest.mark.parametrize("text", ["[x](http://example.com)", "$a$ *b* _c_ `d`", "<b>e</b>", ":red[f]", "~g~"])
