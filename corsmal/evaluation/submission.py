@@ -84,13 +84,34 @@ def check_submission(submission: pd.DataFrame, recordings: pd.Index, *, what: st
         A row per recording with the quantities of ``SCORED_COLUMNS``; NaN where there is no usable estimate.
 
     Raises:
-        ArgumentError: it is no table, has no ids, or none of the recordings.
+        ArgumentError: it is no table, has no ids, none of the recordings, or its values are in the wrong columns.
     """
+    _check_columns_are_in_place(submission, what)
     rows = rows_of(submission, recordings, id_column=ID_COLUMN, what=what)
     absent = recordings.difference(rows.table.index)
     notes = (f"{what}: there is no row for {listed(absent)}; counted as no estimate",) if len(absent) else ()
     numbers = numbers_of(rows.table, SCORED_COLUMNS, what=what)
     return Checked(numbers.table.reindex(recordings), (*rows.notes, *notes, *numbers.notes))
+
+
+def _check_columns_are_in_place(submission: pd.DataFrame, what: str) -> None:
+    """Refuse what ``pandas.read_csv`` makes of rows that end in a comma: all values stand one column further left."""
+    if not isinstance(submission, pd.DataFrame) or not len(submission) or not len(submission.columns):
+        return
+    if ID_COLUMN not in submission or not submission.iloc[:, -1].isna().all():
+        return
+    ids = [recording_id(value) for value in submission[ID_COLUMN]]
+    if None in ids or len(set(ids)) < len(ids) or _is_numbered(submission.index):
+        last = submission.columns[-1]
+        raise ArgumentError(
+            f"{what} must have its values below their headings: {last!r}, its last column, is empty and its ids are "
+            "its index, as where rows end in a comma; read the file with read_submission"
+        )
+
+
+def _is_numbered(index: pd.Index) -> bool:
+    """Whether an index was made from a file's cells: it has no name, and is more than the rows' places."""
+    return index.name is None and not isinstance(index, pd.RangeIndex) and not index.is_monotonic_increasing
 
 
 def submission_csv(submission: pd.DataFrame) -> str:

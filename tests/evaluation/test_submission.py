@@ -117,6 +117,15 @@ def test_submission_of_any_program_scores_the_same(tmp_path, annotation, estimat
     assert as_estimates["recording_id"].tolist() == estimates["recording_id"].tolist()
 
 
+def test_columns_that_pandas_shifted_are_refused(tmp_path, annotation, estimates):
+    write_submission(submission_table(estimates), tmp_path / "team.csv")
+    (tmp_path / "team.csv").write_bytes(OTHERS["trailing commas"]((tmp_path / "team.csv").read_text(encoding="utf-8")))
+    with pytest.raises(ArgumentError, match="as where rows end in a comma; read the file with read_submission"):
+        challenge_scores(annotation, pd.read_csv(tmp_path / "team.csv"))
+    plain = submission_table(estimates)
+    assert challenge_scores(annotation, plain[plain["Height"] > 100])["s6"] > 0
+
+
 def test_file_that_is_no_submission_is_one_sentence(tmp_path):
     (tmp_path / "a.csv").write_text("Height,Container mass\n1,2\n", encoding="utf-8")
     with pytest.raises(FileError, match="is no submission: it has no column 'Configuration ID' but Height, Container"):
