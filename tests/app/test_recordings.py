@@ -137,14 +137,14 @@ def test_findings_of_the_set_and_of_its_files_are_listed(tmp_path: Path) -> None
     (root / "view1/rgb/000000 (1).mp4").touch()
     (root / "view2/calib/000000.pickle").write_bytes(b"broken")
     visitor = Visitor(root)
-    assert visitor.test.expander[0].label == "Files: 3 warnings"
+    assert visitor.test.expander[0].label == "Files: 3 warnings, 1 note"
     assert visitor.test.dataframe[1].value["file"].iloc[0] == "view1/rgb/000000 (1).mp4"
     assert visitor.warnings == [
         "view1/rgb/000000 (1).mp4: is named like a copy of 000000 and is not used; rename it to 000000.mp4 if it is "
         "the one to use"
     ]
     visitor.press("Check all files")
-    visitor.wait_for(lambda visitor: visitor.test.expander[0].label == "Files: 1 error, 3 warnings")
+    visitor.wait_for(lambda visitor: visitor.test.expander[0].label == "Files: 1 error, 3 warnings, 1 note")
     assert visitor.test.dataframe[1].value["file"].iloc[0] == "view2/calib/000000.pickle"
     assert any("view2/calib/000000.pickle: is no" in warning for warning in visitor.warnings)
     assert "Check all files again" in [button.label for button in visitor.test.button]
