@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import pandas as pd
 import pytest
 
@@ -51,3 +53,10 @@ def test_sentences_raise_flags_once_and_in_order():
     assert notes[2] == "x: a"
     assert prefixed("x", "plain") == "x: plain"
     assert len(FLAGS) == 10
+
+
+def test_the_readme_lists_the_flags():
+    text = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
+    assert [line for line in text.splitlines() if line.startswith("| `")][: len(FLAGS)] == [
+        f"| `{flag}` | {meaning} |" for flag, meaning in FLAGS.items()
+    ]
