@@ -9,6 +9,9 @@ RIFF, WAVE = b"RIFF", b"WAVE"
 CHUNKS_MAX = 1_000
 """Before the samples; a WAV has a handful."""
 
+CHANNELS_MAX, RATE_MAX_HZ = 1_024, 1_000_000
+"""What a header may say; with more it is left to the library."""
+
 OPEN_SIZES = (0, 0xFFFFFFFF)
 """What stands for the size of the samples until the recorder closes the file."""
 
@@ -112,7 +115,8 @@ def _form(content: bytes) -> tuple[int, int, str] | None:
     if tag == _EXTENSIBLE and len(content) >= 26:
         (tag,) = struct.unpack("<H", content[24:26])
     subtype = _SUBTYPES.get((tag, bits))
-    return (channels, rate_hz, subtype) if subtype and channels and rate_hz else None
+    is_possible = 0 < channels <= CHANNELS_MAX and 0 < rate_hz <= RATE_MAX_HZ
+    return (channels, rate_hz, subtype) if subtype and is_possible else None
 
 
 def _are_chunks(file: BinaryIO, at: int, size: int) -> bool:

@@ -115,3 +115,13 @@ def test_a_sound_that_is_too_long_is_refused_before_it_is_read(tmp_path):
             file.truncate(2**32 - 300)
         with pytest.raises(FileError, match="are read; cut it"):
             read_audio(tmp_path / "a.wav")
+
+
+@pytest.mark.parametrize(("at", "value"), [(24, b"\xff\xff\xff\xf0"), (24, bytes(4)), (22, b"\xff\xff"), (22, b"\0\0")])
+def test_a_header_that_cannot_be_is_one_sentence(tmp_path, at, value):
+    content, data = whole(tmp_path)
+    content[at : at + len(value)] = value
+    (tmp_path / "a.wav").write_bytes(sized(content, data, 0))
+    with pytest.raises(FileError) as caught:
+        read_audio(tmp_path / "a.wav")
+    assert "\n" not in str(caught.value)
