@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from corsmal.dataset import open_dataset
+from corsmal.dataset.calibration import read_camera
 from corsmal.dataset.truth import true_mask_path
 from corsmal.demo.opening import PACK, open_demo
 from corsmal.demo.packing import BYTES_MAX, IDS, PRESETS, packed_settings
@@ -24,7 +25,7 @@ from corsmal.synthetic.scene.scene import sound_events
 from corsmal.synthetic.sound.recording import recording_sound
 from corsmal.synthetic.writing.parts import ANNOTATION_FILE
 from corsmal.synthetic.writing.plan import annotation_of, plan_recordings
-from corsmal.synthetic.writing.recording import calibration_bytes, scene_truth
+from corsmal.synthetic.writing.recording import scene_truth
 from corsmal.weights import bundled_path
 
 ADVICE = "make the pack anew, as CONTRIBUTING.md says"
@@ -84,11 +85,17 @@ def test_annotation_truth_and_calibrations_are_the_scenes(dataset):
     assert found == json.loads(json.dumps(expected)), ADVICE
     for recording in dataset:
         scene = scene_of(recording.id)
-        truth = json.loads(recording.truth_path.read_text(encoding="utf-8"))
-        assert truth == json.loads(json.dumps(scene_truth(scene))), ADVICE
+        assert nine_digits(recording.truth_path.read_text(encoding="utf-8")) == nine_digits(
+            json.dumps(scene_truth(scene))
+        ), ADVICE
         for view in METHOD_VIEWS:
-            content = recording.views[view].calibration_path.read_bytes()
-            assert content == calibration_bytes(scene.cameras[view]), ADVICE
+            found_m = read_camera(recording.views[view].calibration_path).projection
+            np.testing.assert_allclose(found_m, scene.cameras[view].projection, rtol=1e-9, atol=1e-9, err_msg=ADVICE)
+
+
+def nine_digits(text):
+    """What JSON says, without the last digits, in which processors differ."""
+    return json.loads(text, parse_float=lambda number: float(f"{float(number):.9g}"))
 
 
 @pytest.mark.parametrize("name", IDS)
