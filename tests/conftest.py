@@ -14,17 +14,19 @@ SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config: pytest.Config) -> None:
-    """With ``-n`` the tests of a file stay in one process, files keep their order, and a process has one thread.
+    """With ``-n`` the tests of a file stay in one process and files keep their order; every process has one thread.
 
-    Fixtures of a module are made once, the long tests of a browser do not come last, and threads that wait for each
-    other do not take the cores from the other processes. What draws the demo is compiled once, not in each process.
+    Fixtures of a module are made once, and the long tests of a browser do not come last. Threads that wait for each
+    other would take the cores from the other processes, and sums over several threads differ in the last digits from
+    those of workers, which have one. What draws the demo is compiled once, not in each process.
     """
     compiled = tempfile.TemporaryDirectory(prefix="corsmal-tests-")
     config.add_cleanup(compiled.cleanup)
     os.environ.setdefault("NUMBA_CACHE_DIR", compiled.name)
+    if not config.getoption("benchmark_only", False):
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
     if getattr(config.option, "numprocesses", None):
         config.option.dist, config.option.loadscopereorder = "loadfile", False
-        os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
 @pytest.fixture(scope="session")
