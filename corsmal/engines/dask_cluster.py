@@ -45,7 +45,7 @@ class DaskCluster:
         """
         from distributed import as_completed  # noqa: PLC0415 - takes a second, and only clusters need it
 
-        waiting = enumerate(recordings)
+        waiting, suspects = enumerate(recordings), list[int]()
         with ExitStack() as stack:
             client = self._client(stack)
             running: dict[Future, int] = {}
@@ -62,8 +62,16 @@ class DaskCluster:
             for future in answers:
                 if cancelled():
                     return
-                yield _outcome(future, running.pop(future))
+                index = running.pop(future)
+                if _lost_its_worker(future):
+                    suspects.append(index)
+                else:
+                    yield _outcome(future, index)
                 submit()
+            for index in suspects:  # one after the other: a worker ends with all that it was given, whoever is to blame
+                if cancelled():
+                    return
+                yield _outcome(client.submit(attempt, task, index, recordings[index], pure=False), index)
 
     def _client(self, stack: ExitStack) -> "Client":
         from distributed import Client, LocalCluster  # noqa: PLC0415 - as above
@@ -83,6 +91,12 @@ class DaskCluster:
             raise CorsmalError(
                 f"the Dask scheduler {where} does not answer ({error}); start it or name another"
             ) from error
+
+
+def _lost_its_worker(future: "Future") -> bool:
+    from distributed.scheduler import KilledWorker  # noqa: PLC0415 - as above
+
+    return future.status == "error" and isinstance(future.exception(), KilledWorker)
 
 
 def _outcome(future: "Future", index: int) -> Outcome:
