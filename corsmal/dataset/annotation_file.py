@@ -24,11 +24,17 @@ class Annotations:
         by_id: what is known, by recording id, in the file's order.
         findings: what is absent, was not usable, or was assumed.
         by_container: what is known of containers, by their number, from a table without recordings.
+        is_synthetic: whether the file says that its recordings were rendered.
     """
 
     by_id: Mapping[str, Annotation] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
     by_container: Mapping[int, Annotation] = field(default_factory=dict)
+    is_synthetic: bool = False
+
+
+SYNTHETIC = "Synthetic recordings"
+"""How the description in a JSON file begins whose recordings were rendered."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +106,11 @@ def read_annotation_file(path: Path, *, file: str) -> Annotations:
     Raises:
         FileError: it cannot be read, or is no annotation.
     """
+    is_synthetic = False
     if path.suffix.lower() == ".json":
-        rows, containers, notes = _json_rows(path)
+        content, notes = _json_content(path)
+        rows, containers = _json_rows(path, content)
+        is_synthetic = _is_synthetic(content)
     else:
         table = read_table(path, TABLE_COLUMNS)
         rows = [dict(zip(table.names, row, strict=True)) for row in table.rows]
@@ -113,16 +122,25 @@ def read_annotation_file(path: Path, *, file: str) -> Annotations:
     notes += [f"there is no column {', '.join(repr(key) for key in absent)}"] if absent else []
     findings = [Finding("note", "annotation", note, file=file) for note in notes]
     findings += [Finding("warning", "annotation", problem, file=file) for problem in problems]
-    return Annotations(by_id, tuple(findings), by_container)
+    return Annotations(by_id, tuple(findings), by_container, is_synthetic)
 
 
-def _json_rows(path: Path) -> tuple[list[dict[str, Any]], dict[int, tuple[str, Kind | None]], list[str]]:
-    """The file's rows under the names of ``TABLE_COLUMNS``, the containers that it describes, and what was assumed."""
+def _json_content(path: Path) -> tuple[Any, list[str]]:
+    """What a file says, and what was assumed in reading it."""
     text = read_text(path)
     try:
-        content = json.loads(text.content)
+        return json.loads(text.content), [text.note] if text.note else []
     except (ValueError, RecursionError) as error:
         raise FileError(path, f"the annotation cannot be read ({error}); download it again") from error
+
+
+def _is_synthetic(content: Any) -> bool:
+    info = content.get("info") if isinstance(content, dict) else None
+    return isinstance(info, dict) and str(info.get("description")).startswith(SYNTHETIC)
+
+
+def _json_rows(path: Path, content: Any) -> tuple[list[dict[str, Any]], dict[int, tuple[str, Kind | None]]]:
+    """The file's rows under the names of ``TABLE_COLUMNS``, and the containers that it describes."""
     rows = content.get("annotations") if isinstance(content, dict) else content
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise FileError(path, "is no annotation: a list of rows, in JSON under 'annotations', was expected")
@@ -133,7 +151,7 @@ def _json_rows(path: Path) -> tuple[list[dict[str, Any]], dict[int, tuple[str, K
     except ArgumentError as error:
         raise FileError(path, str(error)) from error
     renamed = [{names[key] or key: row[key] for key in reversed(row)} for row in rows]
-    return renamed, _containers_of(described), [text.note] if text.note else []
+    return renamed, _containers_of(described)
 
 
 def _containers_of(described: object) -> dict[int, tuple[str, Kind | None]]:

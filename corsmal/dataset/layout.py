@@ -93,9 +93,10 @@ class Recording:
         audio_path: the sound, WAV or else FLAC, where there is one.
         annotation: what is known about it, where anything is.
         missing: what it lacks, such as ``view2 video`` or ``audio``. A calibration lacks only where its video exists.
-        truth_path: what was drawn and played, as JSON; None where the recording is not synthetic.
+        truth_path: what was drawn and played, as JSON; None where that is not there.
         sound_end_s: where its sound is cut, in seconds from the start, see ``published.cut_s``; None: used whole.
         matching: how the frames of its views are matched.
+        is_annotated_synthetic: whether the annotation says that the recording was rendered.
     """
 
     id: str
@@ -106,11 +107,12 @@ class Recording:
     truth_path: Path | None = None
     sound_end_s: float | None = None
     matching: Matching = field(default_factory=Matching)
+    is_annotated_synthetic: bool = False
 
     @property
     def is_synthetic(self) -> bool:
-        """Whether the recording was rendered: its truth is known."""
-        return self.truth_path is not None
+        """Whether the recording was rendered: its truth is there, or the annotation says so."""
+        return self.truth_path is not None or self.is_annotated_synthetic
 
     def clock(self) -> FrameClock:
         """When its frames are shown, and which frame of each view belongs to which of the recording's."""

@@ -157,6 +157,8 @@ def open_dataset(root: str | Path) -> Dataset:
         )
     ends_s = {name: cut_s(name, known.get(name), ids=ids) for name in ids & CUTS_S.keys()}
     recordings = {name: layout.recording(name, known.get(name), sound_end_s=ends_s.get(name)) for name in ids}
+    if annotations.is_synthetic:
+        recordings = {name: replace(each, is_annotated_synthetic=True) for name, each in recordings.items()}
     return Dataset(root, recordings, findings=_findings(layout, annotations, ends_s))
 
 

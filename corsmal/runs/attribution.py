@@ -109,7 +109,7 @@ def load_attribution(run: Run, *, store: Store) -> RowsByStage | None:
 
 def known_stages(recordings: Iterable[Recording]) -> tuple[str, ...]:
     """The stages whose truth is known of all of these recordings."""
-    return STAGES if all(recording.is_synthetic for recording in recordings) else STAGES[-1:]
+    return STAGES if all(recording.truth_path is not None for recording in recordings) else STAGES[-1:]
 
 
 def ablation_presets() -> dict[str, ShapeParameters]:

@@ -1,3 +1,4 @@
+import json
 import os
 import shutil
 import subprocess
@@ -271,3 +272,19 @@ def test_real_training_set(real_dataset_root: Path) -> None:
     # the published means that stand in where an estimate fails
     means = dataset.table[["capacity_ml", "width_top_mm", "width_bottom_mm", "height_mm", "container_mass_g"]].mean()
     np.testing.assert_allclose(means.to_numpy(dtype=float), [639.69, 91.54, 75.58, 130.28, 39.91], atol=0.006)
+
+
+def test_recordings_are_synthetic_where_their_annotation_says_so(tiny_dataset_root: Path, tmp_path: Path) -> None:
+    """Who copies a part of the demo may leave its truth behind."""
+    root = shutil.copytree(tiny_dataset_root, tmp_path / "train")
+    [path] = root.glob("*annotation.json")
+    content = json.loads(path.read_text())
+    for description, is_synthetic in (
+        ("Synthetic recordings in the layout", True),
+        ("Recordings", False),
+        (None, False),
+    ):
+        path.write_text(json.dumps({**content, "info": {"description": description}}))
+        assert {recording.is_synthetic for recording in open_dataset(root)} == {is_synthetic}
+    path.write_text(json.dumps({**content, "info": "none"}))
+    assert not open_dataset(root)["000000"].is_synthetic

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from corsmal.dataset.annotation import DENSITIES_G_PER_ML, LEVEL_FRACTIONS
+from corsmal.dataset.annotation_file import SYNTHETIC
 from corsmal.errors import ArgumentError
 from corsmal.synthetic.scene.containers import ANNOTATED_IDS, CONTAINER_IDS, DemoContainer, demo_container
 from corsmal.synthetic.scene.looks import DEMO_LOOKS
@@ -129,7 +130,7 @@ def plan_recordings(
 def annotation_of(rows: Sequence[dict[str, float]]) -> dict[str, Any]:
     """The annotation of recordings, with the dataset's own keys, from rows of ``PlannedRecording.annotation``."""
     return {
-        "info": {"description": "Synthetic recordings in the layout of CORSMAL Containers Manipulation", "set": "demo"},
+        "info": {"description": f"{SYNTHETIC} in the layout of CORSMAL Containers Manipulation", "set": "demo"},
         "annotations": list(rows),
         "containers": [_described(demo_container(number)) for number in CONTAINER_IDS],
         "filling_type": [{"id": number, "name": name} for number, name in enumerate(FILLING_NAMES)],
