@@ -1,31 +1,24 @@
 """The report of a run: what was tried, on what, with which result, and how sure that is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date
-from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from corsmal.dataset import Dataset
 from corsmal.evaluation import (
-    Headline,
-    cell_table,
     challenge_scores,
     compare_runs,
     comparison_note,
     confusion_tables,
-    error_table,
-    find_split,
     leaderboard_with,
     submission_table,
-    summary,
 )
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.published import SCORE_NAMES
-from corsmal.evaluation.splits import FoundSplit
 from corsmal.evaluation.tables import AVERAGE
 from corsmal.evaluation.typesetting import TITLES
 from corsmal.figures.evaluation import comparison_figure, errors_figure
@@ -34,61 +27,13 @@ from corsmal.figures.pins import Pin
 from corsmal.figures.report import Answers, Block, Chart, Pinned, Report, Section, Table, Table2, Text
 from corsmal.figures.style import run_colour
 from corsmal.quantities import BY_METRIC, QUANTITIES
+from corsmal.runs.judged import RESAMPLES_SEED, JudgedRun
 from corsmal.runs.report_appendix import appendix, recordings_notes, recordings_table
 from corsmal.runs.report_words import answers, banner, tiles
 from corsmal.runs.run import Run
 
-RESAMPLES_SEED = 0
 ROWS_MAX = 100
 """Recordings that a report lists, the worst first."""
-
-
-@dataclass(frozen=True, eq=False)
-class JudgedRun:
-    """A run held against a dataset's annotation, with the tables that a report shows of it.
-
-    Args:
-        run: the run.
-        dataset: has the annotation.
-        protocol: which numbers of networks count.
-    """
-
-    run: Run
-    dataset: Dataset
-    protocol: Protocol
-
-    @cached_property
-    def errors(self) -> pd.DataFrame:
-        """The error table."""
-        return error_table(self.run.table, self.dataset.table, protocol=self.protocol)
-
-    @cached_property
-    def cells(self) -> pd.DataFrame:
-        """Table 2 cell by cell."""
-        return cell_table(self.errors, rng=np.random.default_rng(RESAMPLES_SEED))
-
-    @cached_property
-    def headlines(self) -> tuple[Headline, ...]:
-        """The run in a few numbers."""
-        return summary(self.errors, self.cells, estimates=self.run.table, annotation=self.dataset.table)
-
-    @cached_property
-    def is_synthetic(self) -> bool | None:
-        """Whether its recordings were rendered; None where some were."""
-        kinds = {self.dataset[name].is_synthetic for name in self.errors.index}
-        return kinds.pop() if len(kinds) == 1 else None
-
-    @cached_property
-    def split(self) -> FoundSplit:
-        """Which of the challenge's sets the dataset is; rendered recordings are none."""
-        if self.is_synthetic is not False:
-            return FoundSplit("other", "its recordings are synthetic")
-        return find_split(self.dataset.table, name=self.dataset.name)
-
-    @property
-    def is_like_with_like(self) -> bool:
-        """Whether the published numbers are of the same recordings: the whole training set."""
-        return self.split.split == "train" and len(self.errors) == len(self.dataset)
 
 
 def run_report(

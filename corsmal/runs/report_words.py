@@ -1,7 +1,6 @@
 """The first page of a run's report in words and tiles."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from corsmal.evaluation import STAMPS, Headline
 from corsmal.evaluation.splits import SPLIT_NAMES
@@ -9,11 +8,9 @@ from corsmal.evaluation.summary import ALL, NOMINAL_PERCENT
 from corsmal.evaluation.typesetting import UNLIKE
 from corsmal.figures.report import Banner, Tile, TileLine, Tiles
 from corsmal.figures.report.blocks import Tone
+from corsmal.runs.judged import JudgedRun
 from corsmal.runs.run import OWN
 from corsmal.weights import WeightsFile
-
-if TYPE_CHECKING:
-    from corsmal.runs.report import JudgedRun
 
 FEW = 30
 """With fewer recordings the intervals are wide."""
@@ -21,7 +18,7 @@ IDS_MAX = 8
 DETECTORS = {"coco": "Mask R-CNN with COCO's weights", "demo": "the demo's small network"}
 
 
-def banner(judged: "JudgedRun") -> Banner:
+def banner(judged: JudgedRun) -> Banner:
     """Where the data come from, and what the numbers must not be taken for."""
     count, whole, name = len(judged.errors), len(judged.dataset), judged.dataset.name
     which = f"{_counted(count, 'recording')} of the dataset {name}" + (f", which has {whole}" if whole != count else "")
@@ -39,7 +36,7 @@ def banner(judged: "JudgedRun") -> Banner:
     return Banner(kind, f"{rendered}: {which} ({shown}); {limit}. {stamp}", is_warning=True)
 
 
-def answers(judged: "JudgedRun") -> dict[str, str]:
+def answers(judged: JudgedRun) -> dict[str, str]:
     """What a reader asks first."""
     return {
         "What was tried": _tried(judged),
@@ -49,7 +46,7 @@ def answers(judged: "JudgedRun") -> dict[str, str]:
     }
 
 
-def _tried(judged: "JudgedRun") -> str:
+def _tried(judged: JudgedRun) -> str:
     run, settings = judged.run, judged.run.settings
     preset, _, numbers = run.facts()["parameters"].partition(" (")
     name = "parameters of its own" if run.preset == OWN else f"the preset {preset}"
@@ -70,7 +67,7 @@ def _network(file: WeightsFile) -> str:
     return f"the bundled {file.kind} network" if file.is_bundled else f"the {file.kind} network {file.path.name}"
 
 
-def _on_what(judged: "JudgedRun") -> str:
+def _on_what(judged: JudgedRun) -> str:
     errors = judged.errors
     names = [name for name in errors["container"].drop_duplicates() if name]
     kind = {True: "synthetic ", False: "real ", None: ""}[judged.is_synthetic]
@@ -110,7 +107,7 @@ def _result(headlines: Sequence[Headline]) -> str:
     return f"{text}." if text else "Nothing could be compared with the annotation."
 
 
-def _sure(judged: "JudgedRun") -> str:
+def _sure(judged: JudgedRun) -> str:
     count = len(judged.errors)
     coverage = next(each for each in judged.headlines if each.group == "coverage" and each.name == ALL)
     failed = next(each for each in judged.headlines if each.group == "failures")
@@ -129,7 +126,7 @@ def _sure(judged: "JudgedRun") -> str:
     return f"{text}{few if count < FEW else ''}."
 
 
-def tiles(judged: "JudgedRun") -> Tiles:
+def tiles(judged: JudgedRun) -> Tiles:
     """The run in a few numbers against the paper."""
     groups = {name: [each for each in judged.headlines if each.group == name] for name in ("MAPE", "MPF1", "coverage")}
     failed = next(each for each in judged.headlines if each.group == "failures")
@@ -151,7 +148,7 @@ def tiles(judged: "JudgedRun") -> Tiles:
     )
 
 
-def _lines(judged: "JudgedRun", headlines: Sequence[Headline]) -> list[TileLine]:
+def _lines(judged: JudgedRun, headlines: Sequence[Headline]) -> list[TileLine]:
     lines = []
     for each in headlines:
         paper = "" if each.reference is None else f"paper {each.reference:.1f}"

@@ -27,6 +27,7 @@ from corsmal.evaluation.exporting import TableFormat
 from corsmal.figures.heatmaps import confusion_figure
 from corsmal.figures.report import Banner, Chart, Report, Section, Table, Table2, Text, report_html
 from corsmal.files import writing
+from corsmal.runs.judged import RESAMPLES_SEED
 from corsmal.runs.report_appendix import parameters_table
 from corsmal.runs.reproduction_kept import DISK_ADVICE, ESTIMATES, REPORT, Confusions, write_summary
 from corsmal.runs.reproduction_results import Results, TestResult
@@ -35,7 +36,6 @@ from corsmal.stages.settings import is_synthetic
 
 FORMATS: dict[str, TableFormat] = {".csv": "csv", ".tex": "latex", ".md": "markdown", ".html": "html"}
 LABELS = {"filling_level": "Filling level", "filling_type": "Filling type"}
-RESAMPLES_SEED = 0
 
 
 def write_results(

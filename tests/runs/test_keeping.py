@@ -15,19 +15,6 @@ from corsmal.runs import (
 )
 from corsmal.runs.keeping import DAY_S, DELETED, DELETED_KEPT_DAYS
 from corsmal.runs.run import LABELS, save_run
-from corsmal.store import Store
-
-
-@pytest.fixture(scope="module")
-def made(dataset, settings, tmp_path_factory):
-    return make_run("first", dataset, settings, store=Store(tmp_path_factory.mktemp("store")))
-
-
-@pytest.fixture
-def run(made, store):
-    """A run that the test's own store holds."""
-    save_run(made, store=store)
-    return made
 
 
 def names(store):

@@ -7,25 +7,13 @@ import pytest
 from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError, FileError
 from corsmal.parameters import ShapeParameters
-from corsmal.runs import Run, list_runs, load_run, make_run
+from corsmal.runs import Run, list_runs, load_run
 from corsmal.runs.making import data_digest
 from corsmal.runs.run import first_id, named_run, save_run
 from corsmal.stages.settings import DetectorSettings
 from corsmal.store import Store
 from corsmal.weights import WeightsFile
 from tests.tiny import write_tiny_dataset
-
-
-@pytest.fixture(scope="module")
-def made(dataset, settings, tmp_path_factory):
-    return make_run("first", dataset, settings, store=Store(tmp_path_factory.mktemp("store")))
-
-
-@pytest.fixture
-def run(made, store):
-    """A run that the test's own store holds."""
-    save_run(made, store=store)
-    return made
 
 
 def assert_same(run: Run, other: Run | None) -> None:

@@ -13,12 +13,10 @@ import streamlit as st
 from corsmal.dataset import Dataset
 from corsmal.evaluation import (
     attribution_table,
-    cell_table,
     challenge_scores,
     changed_sides,
     compare_runs,
     container_table,
-    error_table,
     find_split,
     submission_table,
     sweep_table,
@@ -26,8 +24,9 @@ from corsmal.evaluation import (
 from corsmal.evaluation.challenge import Absent
 from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.splits import FoundSplit, Split
-from corsmal.evaluation.summary import Headline, summary
+from corsmal.evaluation.summary import Headline
 from corsmal.quantities import QUANTITIES
+from corsmal.runs.judged import RESAMPLES_SEED, JudgedRun
 from corsmal.runs.keeping import DELETED, DeletedRun, deleted_runs
 from corsmal.runs.run import KIND, LABELS, Run, list_runs
 from corsmal.runs.sweep import Grid
@@ -36,8 +35,6 @@ from corsmal.ui.caching import by_key, cached
 
 METRIC_NAMES = {quantity.metric: quantity.label for quantity in QUANTITIES}
 """Table 2's metrics, as briefly as headings need."""
-
-RESAMPLES_SEED = 0
 
 
 @dataclass(frozen=True)
@@ -68,14 +65,16 @@ class Judged:
         return find_split(self.dataset.table, name=self.dataset.name)
 
     @cached(32)
+    def _kept(self) -> JudgedRun:
+        return JudgedRun(self.run, self.dataset, self.protocol)
+
     def errors(self) -> pd.DataFrame:
         """The error table."""
-        return error_table(self.run.table, self.dataset.table, protocol=self.protocol)
+        return self._kept().errors
 
-    @cached(32)
     def cells(self) -> pd.DataFrame:
         """Table 2 cell by cell."""
-        return cell_table(self.errors(), rng=np.random.default_rng(RESAMPLES_SEED))
+        return self._kept().cells
 
     @cached(8)
     def scores(self, split: Split, absent: Absent = "skip") -> pd.Series:
@@ -104,10 +103,9 @@ class Judged:
         rng = np.random.default_rng(RESAMPLES_SEED)
         return sweep_table(pd.DataFrame(rows), self.dataset.table, reference=own, rng=rng)
 
-    @cached(8)
     def summary(self) -> tuple[Headline, ...]:
         """The run in a few numbers."""
-        return summary(self.errors(), self.cells(), estimates=self.run.table, annotation=self.dataset.table)
+        return self._kept().headlines
 
     def changed_from(self, first: Run, *, threshold_percent: float) -> pd.DataFrame:
         """The recordings that changed sides since an earlier run, see ``changed_sides``."""
