@@ -1,19 +1,8 @@
-"""Runs: estimates of many recordings under a name; attribution, sweeps, and what is learned from a dataset."""
+"""Runs: estimates of many recordings under a name; attribution, sweeps, and what is learned from a dataset.
 
-from corsmal.runs.keeping import delete_run, deleted_runs, label_run, restore_run
-from corsmal.runs.making import make_run
-from corsmal.runs.reproduction import Reproduction, reproduce
-from corsmal.runs.run import Run, list_runs, load_run
+A name's file is imported when the name is first used: the first page needs a run, and no reproduction.
+"""
 
-__all__ = [
-    "Reproduction",
-    "Run",
-    "delete_run",
-    "deleted_runs",
-    "label_run",
-    "list_runs",
-    "load_run",
-    "make_run",
-    "reproduce",
-    "restore_run",
-]
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -2,7 +2,8 @@
 
 import streamlit as st
 
-from corsmal.synthetic import ANNOTATION_FILE, DemoProgress, write_demo
+from corsmal import synthetic  # the renderer is loaded when the demo is made
+from corsmal.synthetic import ANNOTATION_FILE
 from corsmal.ui import shared
 from corsmal.ui.folders import demo_folder, full_demo_folder, is_read_only
 from corsmal.ui.following import follow
@@ -53,12 +54,12 @@ def begin() -> None:
     folder = full_demo_folder()
 
     def work(job: Job) -> None:
-        def report(progress: DemoProgress) -> None:
+        def report(progress: synthetic.DemoProgress) -> None:
             job.label = f"Making the demo, {progress.done} of {progress.total} recordings"
             job.advance(round(STEPS * progress.fraction), STEPS)
             job.forecast(progress.left_s)
             job.results = min(progress.done, 1)  # the first recording makes the page run again
 
-        write_demo(folder, progress=report, cancelled=job.cancelled, workers=WORKERS)
+        synthetic.write_demo(folder, progress=report, cancelled=job.cancelled, workers=WORKERS)
 
     shared.jobs().start(KEY, "Making the demo", work, priority=Priority.DEMO)

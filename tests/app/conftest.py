@@ -14,11 +14,12 @@ from typing import Any
 import pytest
 import streamlit as st
 
+from corsmal import synthetic
 from corsmal.detection import ViewDetections
 from corsmal.stages.inspection import InProcess, Piece
 from corsmal.stages.settings import DetectorSettings
 from corsmal.synthetic.writing.dataset import write_demo
-from corsmal.ui import demo, shared
+from corsmal.ui import shared
 from tests.tiny import write_tiny_dataset
 
 
@@ -27,7 +28,7 @@ def fresh_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     monkeypatch.setenv("CORSMAL_CACHE", str(tmp_path / "cache"))
     monkeypatch.delenv("CORSMAL_DATA", raising=False)
     monkeypatch.setattr(sys, "argv", ["app.py"])
-    monkeypatch.setattr(demo, "write_demo", small_demo)
+    monkeypatch.setattr(synthetic, "write_demo", small_demo)
     monkeypatch.setattr(shared, "inspector", cache(InspectorHere))
     _clear_caches()
     yield

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from corsmal import synthetic
 from corsmal.demo.packing import IDS
 from corsmal.errors import FileError
 from corsmal.estimation import Fit
@@ -35,7 +36,7 @@ class Making:
 @pytest.fixture
 def making(monkeypatch: pytest.MonkeyPatch) -> Iterator[Making]:
     made = Making()
-    monkeypatch.setattr(demo, "write_demo", made)
+    monkeypatch.setattr(synthetic, "write_demo", made)
     yield made
     made.gate.set()
 
@@ -120,11 +121,11 @@ def test_progress_counts_recordings_and_work_and_says_how_long(monkeypatch: pyte
 
     def half(_root: Path, *, progress: Any, **_options: Any) -> tuple[str, ...]:
         for left_s, gate in zip(steps, gates, strict=True):
-            progress(demo.DemoProgress(done=7, total=30, fraction=0.254, left_s=left_s))
+            progress(synthetic.DemoProgress(done=7, total=30, fraction=0.254, left_s=left_s))
             assert gate.wait(60)
         return ()
 
-    monkeypatch.setattr(demo, "write_demo", half)
+    monkeypatch.setattr(synthetic, "write_demo", half)
     visitor = Visitor()
     visitor.press(demo.MAKE)
     visitor.wait_for(lambda visitor: "%" in "".join(visitor.progress))
@@ -151,7 +152,7 @@ def test_failed_making_is_tried_again_on_request(monkeypatch: pytest.MonkeyPatch
             raise outcomes.pop()
         return small_demo(root, **options)
 
-    monkeypatch.setattr(demo, "write_demo", failing)
+    monkeypatch.setattr(synthetic, "write_demo", failing)
     visitor = Visitor()
     visitor.press(demo.MAKE)
     visitor.wait_for(lambda visitor: visitor.errors)

@@ -1,0 +1,10 @@
+from .keeping import delete_run as delete_run
+from .keeping import deleted_runs as deleted_runs
+from .keeping import label_run as label_run
+from .keeping import restore_run as restore_run
+from .making import make_run as make_run
+from .reproduction import Reproduction as Reproduction
+from .reproduction import reproduce as reproduce
+from .run import Run as Run
+from .run import list_runs as list_runs
+from .run import load_run as load_run
