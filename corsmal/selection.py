@@ -70,6 +70,12 @@ class BestFrame:
         """The best frame's score."""
         return next((score for score in self.scores if score.frame == self.frame), None)
 
+    @property
+    def is_by_score(self) -> bool:
+        """Whether no frame has a higher score; an estimate from several frames takes the one that it explains best."""
+        own = None if self.score is None else self.score.total
+        return own is not None and own == max(score.total for score in self.scores if score.total is not None)
+
 
 def penalty(box: NDArray[np.float64], other: NDArray[np.float64]) -> int:
     """Pixels that lie in both of two boxes (4,) ``x1 y1 x2 y2``, each rounded to whole pixels first."""

@@ -1,19 +1,19 @@
 """Every frame's View Score, and the detections behind it."""
 
-import streamlit as st
-
 from corsmal.parameters import SHAPE_PRESETS
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.frames import detections_tables, picture_pins, score_line, score_plot
+from corsmal.ui.look import heading
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import pair_control
 from corsmal.ui.pins import pin_button
 from corsmal.ui.time_line import ALL_KEYS, time_line
 
-st.title("Frames")
+controls = heading("Frames")
 opened = open_detected()
 paper = SHAPE_PRESETS["paper"]
-best = pair_control(opened, opened.estimate(paper), paper)
+with controls:
+    best = pair_control(opened, opened.estimate(paper), paper)
 
 
 def browse(opened: OpenedRecording) -> None:

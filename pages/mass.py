@@ -6,15 +6,16 @@ from corsmal.ui import mass, mass_network, mass_numbers, session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
+from corsmal.ui.look import heading
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import pair_control
 from corsmal.ui.time_line import time_line
 
-st.title("Mass")
+controls = heading("Mass")
 opened = open_detected()
 network = mass_network.open_network(opened.recording)
 found, shape = shape_estimate(opened), session.choice().estimated_shape
-with st.container(horizontal=True, vertical_alignment="bottom"):
+with controls, st.container(horizontal=True, vertical_alignment="bottom"):
     with st.container(width="content"):
         estimate_control()
     with st.container(width="content"):
@@ -33,13 +34,14 @@ def mass_panel(opened: OpenedRecording) -> None:
     mask, fitted = inputs
     numbers = mass_numbers.chosen_numbers(opened, fit, fitted)
     prediction, curves_g = mass.predict(mask, numbers, network=network, axis=axis, padding_px=padding_px)
-    mass.object_mass(opened, prediction.mass_g, capacity_ml=numbers["capacity_ml"])
+    filling = mass.object_mass(opened, prediction.mass_g, capacity_ml=numbers["capacity_ml"])
     is_complete = mass_numbers.number_notes(numbers, fitted, network=network)
     mass.problems(fit, prediction, is_asked=is_complete and network is not None)
-    if network is not None:
-        mass_network.trained_otherwise(network, axis=axis, padding_px=padding_px)
     resize = "stretch" if network is None else network.config.resize
     mass.pictures(opened, mask, prediction, frame=frame, resize=resize, axis=axis, padding_px=padding_px)
+    st.caption(filling)
+    if network is not None:
+        mass_network.trained_otherwise(network, axis=axis, padding_px=padding_px)
     left, right = st.columns([2, 3])
     with left:
         with_scale = network is not None and network.config.with_scale

@@ -12,6 +12,7 @@ from corsmal.ui.estimating import (
     predictors,
     whole_estimate,
 )
+from corsmal.ui.look import heading
 from corsmal.ui.messages import guarded
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.overview import known_when, pictures
@@ -22,9 +23,7 @@ from corsmal.ui.pins import pin_button
 
 dataset, recording = session.opened()
 opened = OpenedRecording(recording)
-heading, control = st.columns([3, 2], vertical_alignment="bottom")
-heading.title("Overview")
-with control:
+with heading("Overview"):
     estimate_control()
 status = st.empty()
 detection_control(opened)  # first: what is found from here on makes the page run again

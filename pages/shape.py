@@ -7,6 +7,7 @@ from corsmal.ui import session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
+from corsmal.ui.look import heading
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import pair_control
 from corsmal.ui.pins import pin_button
@@ -15,7 +16,7 @@ from corsmal.ui.shape.parameters import apply_sliders, compared_preset, other_pa
 from corsmal.ui.shape.plots import hull_pins, hull_plots, reprojections
 from corsmal.ui.time_line import time_line
 
-st.title("Shape")
+controls = heading("Shape")
 opened = open_detected()
 truth = annotated(opened.recording)
 found, estimated, estimate_name = (
@@ -23,7 +24,7 @@ found, estimated, estimate_name = (
     session.choice().estimated_shape,
     session.choice().estimate_name,
 )
-with st.container(horizontal=True, vertical_alignment="bottom"):
+with controls, st.container(horizontal=True, vertical_alignment="bottom"):
     with st.container(width="content"):
         estimate_control()
     with st.container(width="content"):

@@ -4,10 +4,22 @@ from pathlib import Path
 from typing import Final
 
 import streamlit as st
+from streamlit.delta_generator import DeltaGenerator
 
 HERE: Final = Path(__file__).parent
 STYLESHEET: Final = HERE / "look.css"
 PICKER_KEYS: Final = f"<script>{(HERE / 'picker_keys.js').read_text(encoding='utf-8')}</script>"
+
+
+def heading(title: str) -> DeltaGenerator:
+    """A page's title.
+
+    Returns:
+        Where the page's own controls go: beside the title.
+    """
+    left, controls = st.columns([1, 4], vertical_alignment="bottom")
+    left.title(title)
+    return controls
 
 
 def apply() -> None:

@@ -84,8 +84,12 @@ def predict(
     return predict_with_changes(model, mask, numbers, changes=CHANGES, axis=axis, padding_px=padding_px)
 
 
-def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_ml: float | None) -> None:
-    """Container, filling and object mass beside the truth."""
+def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_ml: float | None) -> str:
+    """Container, filling and object mass beside the truth.
+
+    Returns:
+        Where the filling is from, in Markdown.
+    """
     note = opened.recording.annotation
     annotated = None
     if note is not None and note.filling_type is not None and note.filling_level is not None:
@@ -108,7 +112,7 @@ def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_
         text += "; the capacity is missing" if capacity_ml is None else f"; capacity {capacity_ml:.0f} mL"
     if pair and annotated and filling_text(*annotated) != filling_text(*pair):
         text += f" (annotated: {filling_text(*annotated)})"
-    st.caption(f":material/water_full: Filling: {text}. Object = container + filling.")
+    return f":material/water_full: Filling: {text}. Object = container + filling."
 
 
 def problems(fit: Fit, prediction: MassPrediction, *, is_asked: bool) -> None:
@@ -155,7 +159,7 @@ def pictures(
         key="restoration",
         label=f"The mask of {FRONTAL_VIEW}, frame {frame}, before and after restoration",
         sliders=[Slider("padding_px", label, 0, PADDING_MAX_PX, 1, padding_px, "px")],
-        height_px=400,
+        height_px=340,
         revision=f"{opened.id} {frame} {restored.crop}",
     )
     if restored.notes:

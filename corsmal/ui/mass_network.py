@@ -31,8 +31,7 @@ def open_network(recording: Recording) -> "MassPredictor | None":
         if file.is_bundled and not recording.is_synthetic:
             st.info(
                 "The bundled network was trained on **synthetic** containers only: on a real recording its mass is a "
-                "guess. Train your own with `python -m corsmal train mass ROOT RUN`, and set `CORSMAL_MASS_WEIGHTS` "
-                "to its weights.",
+                "guess. Train your own with `python -m corsmal train mass ROOT RUN`.",
                 icon=":material/science:",
             )
         return network

@@ -18,16 +18,24 @@ def marked(best: BestFrame, **changes: Any) -> dict[str, Any]:
 
 
 def test_the_best_and_the_inspected_frames_are_marked() -> None:
-    assert marked(best_at(4)) == {"best": 4, "inspected": [0, 4, 8], "crop": None}
+    assert marked(best_at(4)) == {"best": 4, "best_name": "Best", "inspected": [0, 4, 8], "crop": None}
+
+
+def test_a_frame_that_fits_best_is_told_from_one_with_the_best_score() -> None:
+    scores = (FrameScore(0, (100, 100), (0, 0)), FrameScore(4, (100, 120), (0, 0)), FrameScore(8, (300, None), (0, 0)))
+    by_frame = {frame: marked(BestFrame(PAIR, frame, "none", scores))["best_name"] for frame in (0, 4)}
+    assert by_frame == {0: "Best fit", 4: "Best"}
 
 
 def test_without_a_best_frame_the_inspected_ones_are_marked() -> None:
-    assert marked(best_at(None)) == {"best": None, "inspected": [0, 4, 8], "crop": None}
-    assert marked(best_at(None, inspected=())) == {"best": None, "inspected": [], "crop": None}
+    for inspected in ([0, 4, 8], []):
+        shown = marked(best_at(None, inspected=tuple(inspected)))
+        assert (shown["best"], shown["inspected"], shown["crop"]) == (None, inspected, None)
 
 
 def test_marks_beyond_the_end_are_left_out() -> None:
-    assert marked(best_at(8), frames=5) == {"best": None, "inspected": [0, 4], "crop": None}
+    shown = marked(best_at(8), frames=5)
+    assert (shown["best"], shown["inspected"]) == (None, [0, 4])
 
 
 @pytest.mark.parametrize(

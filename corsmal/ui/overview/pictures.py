@@ -12,6 +12,7 @@ from corsmal.figures.pins import Pin
 from corsmal.figures.restoration import restored_figure
 from corsmal.mass import restore_mask
 from corsmal.parameters import FRONTAL_VIEW, PAIRS
+from corsmal.selection import BestFrame
 from corsmal.ui import session
 from corsmal.ui.filling import sound
 from corsmal.ui.filling.answer import HEADS
@@ -29,13 +30,15 @@ HULL, HEIGHT_PX = "overview_hull", 330
 def views(opened: OpenedRecording, found: Estimate) -> None:
     """The three views with their masks, at first at the best frame."""
     best = found.best_frame or opened.best_frame(PAIRS[0], session.choice().estimated_shape)
-    at = "none is the best yet" if best.frame is None else f"{best.frame} is the best{_time(opened, best.frame)}"
-    page_link(f"Frames: {at}", "frames", found)
+    page_link(f"Frames: {_best_text(opened, best)}", "frames", found)
     show_panel(lambda opened: time_line(opened, best, is_large=True), opened)
 
 
-def _time(opened: OpenedRecording, frame: int) -> str:
-    return f", {frame / opened.fps:.2f} s" if opened.fps else ""
+def _best_text(opened: OpenedRecording, best: BestFrame) -> str:
+    if best.frame is None:
+        return "none is the best yet"
+    time = f" ({best.frame / opened.fps:.2f} s)" if opened.fps else ""
+    return f"{best.frame}{time} {'has the best View Score' if best.is_by_score else 'fits best'}"
 
 
 def hull(opened: OpenedRecording, found: Estimate) -> None:

@@ -33,7 +33,7 @@ class Tiles:
             tile.label: column.empty() for tile, column in zip(PENDING, columns, strict=True)
         }
         for tile in PENDING:
-            with self._slots[tile.label].container(border=True, gap=None):
+            with self._slots[tile.label].container(border=True, gap=None, height="stretch"):
                 st.button(tile.label, key=f"pending {tile.label}", type="tertiary", disabled=True)
                 _number(tile)
 
@@ -41,7 +41,7 @@ class Tiles:
         """Fill in numbers of an estimate."""
         for tile in tiles:
             self.shown[tile.label] = tile
-            with self._slots[tile.label].container(border=True, gap=None):
+            with self._slots[tile.label].container(border=True, gap=None, height="stretch"):
                 page_link(tile.label, tile.page, found)
                 _number(tile)
 

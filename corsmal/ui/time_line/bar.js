@@ -73,8 +73,9 @@ class Bar {
     this.number.setAttribute("aria-label", `Frame (0 to ${data.frames - 1})`);
     this.next.disabled = !data.inspected.length;
     this.best.disabled = data.best === null;
-    this.name(this.best, "best", data.best === null ? "No best frame" : `Best: ${data.best}`);
-    this.best.text.textContent = data.best === null ? "No best frame" : `Best: ${data.best}`;
+    const best = data.best === null ? "No best frame" : `${data.best_name}: ${data.best}`;
+    this.name(this.best, "best", best);
+    this.best.text.textContent = best;
     this.inspect.hidden = !data.can_inspect || data.inspected.length >= data.frames;
     this.muted.hidden = !data.sound;
     this.showMuted();

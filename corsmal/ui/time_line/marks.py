@@ -15,8 +15,8 @@ def marks(best: BestFrame, *, crop_s: tuple[float, float] | None, fps: float, fr
         frames: how many frames there are; what lies beyond is left out.
 
     Returns:
-        ``best``: a frame or None; ``inspected``: frames, ascending; ``crop``: start and end, which may lie between
-        frames, or None.
+        ``best``: a frame or None; ``best_name``: what the star stands for; ``inspected``: frames, ascending; ``crop``:
+        start and end, which may lie between frames, or None.
     """
     crop = None
     if crop_s is not None and fps > 0:
@@ -24,6 +24,7 @@ def marks(best: BestFrame, *, crop_s: tuple[float, float] | None, fps: float, fr
         crop = [start, end] if start < end else None
     return {
         "best": best.frame if best.frame is not None and best.frame < frames else None,
+        "best_name": "Best" if best.is_by_score else "Best fit",
         "inspected": [score.frame for score in best.scores if score.frame < frames],
         "crop": crop,
     }

@@ -94,7 +94,7 @@ class Pictures {
         }
       }
       place.dataset.frame = frame;
-      const star = frame === this.data.best && view.is_of_pair ? " ★ best" : "";
+      const star = frame === this.data.best && view.is_of_pair ? ` ★ ${this.data.best_name.toLowerCase()}` : "";
       caption.textContent = `${view.name}, frame ${frame}${star}`;
     }
     return isWhole;
