@@ -131,6 +131,7 @@ def test_results_appear_while_the_work_goes_on(visitor: Visitor, coco: type[Fake
     visitor.wait_for(lambda _visitor: coco.seen >= 9)
     visitor.test.run()
     assert inspected(visitor) == 3  # frames 0, 8 and 4
+    assert visitor.time_line["most_per_s"] == 10  # the search needs the cores
     assert visitor.crashes == []
 
 
@@ -145,6 +146,7 @@ def test_results_are_there_for_who_looked_at_something_else_meanwhile(
     visitor.wait_for(is_done)
     visitor.open("frames")
     assert inspected(visitor) == FRAMES
+    assert visitor.time_line["most_per_s"] is None
     other = Visitor(tiny_dataset_root, recording=WITHOUT_FILES).open("frames")
     assert inspected(other) == FRAMES
 

@@ -8,8 +8,8 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -45,27 +45,35 @@ def fresh_clone(folder: Path) -> Path:
     return folder
 
 
-def started(clone: Path, page: Page, *, numbers: int) -> tuple[float, float]:
-    """Seconds from the command until the server is healthy, and until all numbers of its first page are there."""
+@contextmanager
+def served(folder: Path, *args: str, cache: Path) -> Iterator[str]:
+    """The address of an app that is started from its folder; yielded when the server is healthy."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     command = [sys.executable, "-m", "streamlit", "run", "app.py", "--server.port", str(port)]
     command += ["--server.headless", "true", "--browser.gatherUsageStats", "false", "--server.fileWatcherType", "none"]
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("CORSMAL", "PYTHONPATH"))}
-    environment["CORSMAL_CACHE"] = str(clone / "empty cache")
-    began_s = time.perf_counter()
-    server = subprocess.Popen(command, cwd=clone, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    environment["CORSMAL_CACHE"] = str(cache)
+    silent = subprocess.DEVNULL
+    server = subprocess.Popen([*command, "--", *args], cwd=folder, env=environment, stdout=silent, stderr=silent)
     try:
         address = f"http://127.0.0.1:{port}"
         wait_for(lambda: urllib.request.urlopen(f"{address}/_stcore/health", timeout=5))
+        yield address
+    finally:
+        server.terminate()
+        server.wait(timeout=TIMEOUT_S)
+
+
+def started(clone: Path, page: Page, *, numbers: int) -> tuple[float, float]:
+    """Seconds from the command until the server is healthy, and until all numbers of its first page are there."""
+    began_s = time.perf_counter()
+    with served(clone, cache=clone / "empty cache") as address:
         healthy_s = time.perf_counter() - began_s
         page.goto(address)
         page.wait_for_function(EVERY_NUMBER, arg=numbers, timeout=1000 * TIMEOUT_S)
         return healthy_s, time.perf_counter() - began_s
-    finally:
-        server.terminate()
-        server.wait(timeout=TIMEOUT_S)
 
 
 def wait_for(attempt: Callable[[], object]) -> None:

@@ -15,7 +15,7 @@ from corsmal.errors import CorsmalError
 from corsmal.parameters import FRONTAL_VIEW
 from corsmal.selection import BestFrame
 from corsmal.ui import session
-from corsmal.ui.detecting import inspect_frame, open_views
+from corsmal.ui.detecting import inspect_frame, is_detecting, open_views
 from corsmal.ui.folders import is_read_only
 from corsmal.ui.linked_plot import PlotEvent, plot_event
 from corsmal.ui.linked_plot.assets import read_asset
@@ -30,6 +30,8 @@ TIME_LINE = "time_line"
 STEP_KEYS = ("ArrowLeft", "ArrowRight")
 ALL_KEYS = (*STEP_KEYS, "PageUp", "PageDown", "Home", "End")
 """One frame, ten frames, to the ends."""
+PLAYED_BESIDE_SEARCH_PER_S = 10.0
+"""Redraws per second while a search runs, which needs the cores."""
 EMPTY = ":material/inventory_2:"
 VIEWS = {"view1": "left of the robot", FRONTAL_VIEW: "frontal", "view2": "right of the robot"}
 
@@ -87,6 +89,7 @@ def time_line(
             "frame": frame,
             "frames": frames,
             "fps": opened.fps,
+            "most_per_s": PLAYED_BESIDE_SEARCH_PER_S if is_detecting(opened) else None,
             "views": [_view(name, videos, best) for name in VIEWS if name in opened.recording.views],
             "url": url,
             "version": opened.detections.key,

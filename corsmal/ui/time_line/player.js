@@ -77,7 +77,9 @@ class Player {
     const { timeLine, from } = this;
     const last = timeLine.data.frames - 1;
     const frame = from.frame + ((performance.now() - from.ms) / 1000) * this.fps * this.speed;
-    timeLine.wanted = Math.min(Math.floor(frame), last);
+    const every = Math.max(1, Math.round((this.fps * this.speed) / (timeLine.data.most_per_s ?? Infinity)));
+    const passed = every * Math.floor((frame - from.frame) / every);
+    timeLine.wanted = frame < last ? Math.min(from.frame + passed, last) : last;
     if (frame > last + 1 && timeLine.frame === last) {
       this.stop();
       return;
