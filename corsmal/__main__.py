@@ -1,11 +1,12 @@
 """The command line: ``python -m corsmal --help``."""
 
+import errno
 import sys
 from collections.abc import Callable, Mapping
 
 import typer
 
-from corsmal.commands import complain, detector, evaluating, filling, keeping_runs, mass, runs
+from corsmal.commands import complain, complaints_of_the_store, detector, evaluating, filling, keeping_runs, mass, runs
 from corsmal.commands.attribution import attribute
 from corsmal.commands.demo import demo
 from corsmal.commands.doctor import doctor
@@ -14,6 +15,9 @@ from corsmal.commands.reproducing import reproduce
 from corsmal.errors import CorsmalError
 
 Command = Callable[..., None]
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""The errors of a disk that has no room, or not for this user or file."""
 
 COMMANDS: dict[str, Command] = {
     "demo": demo,
@@ -66,11 +70,17 @@ app.add_typer(command_group(EVALUATE, what="Evaluate estimates, or a network."),
 
 def main() -> None:
     """Run the command line; an error of the library is its sentence, not a traceback."""
-    try:
-        app()
-    except CorsmalError as error:
-        complain("Error", error)
-        sys.exit(1)
+    with complaints_of_the_store():
+        try:
+            app()
+        except CorsmalError as error:
+            complain("Error", error)
+            sys.exit(1)
+        except OSError as error:  # of a library that writes files of its own, such as a log of a training
+            if error.errno not in FULL:
+                raise
+            complain("Error", f"{error.filename or 'a file'}: cannot be written ({error.strerror}); free the disk")
+            sys.exit(1)
 
 
 if __name__ == "__main__":

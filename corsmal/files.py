@@ -1,7 +1,8 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, and those that can be read to an end."""
 
 import contextlib
 import os
+import stat
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -37,3 +38,28 @@ def writing(path: Path, *, advice: str, errors: tuple[type[Exception], ...] = ()
     finally:
         with contextlib.suppress(OSError):
             part.unlink()
+
+
+BYTES_MAX = 2_000_000_000
+"""Of a file that is read whole; networks have some hundred megabytes."""
+
+
+def check_plain_file(path: Path, *, bytes_max: int = BYTES_MAX) -> None:
+    """Refuse what is no file, such as a pipe, whose reader waits for a writer, and what would fill the memory.
+
+    Raises:
+        FileNotFoundError: there is nothing.
+        FileError: it is no file, a link to nowhere, or larger than ``bytes_max``.
+        OSError: it may not be read.
+    """
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        if path.is_symlink():
+            raise FileError(path, "is a link to nowhere") from None
+        raise
+    if not stat.S_ISREG(status.st_mode):
+        raise FileError(path, "is no file")
+    if status.st_size > bytes_max:
+        raise FileError(path, f"is larger than {bytes_max // 1_000_000} MB")
+    path.open("rb").close()  # raises where it may not be read

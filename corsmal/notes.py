@@ -1,6 +1,8 @@
-"""What is said about an estimate besides its numbers: sentences for people, and the flags that a program reads."""
+"""What is said besides numbers: sentences on an estimate, the flags that a program reads, and sentences of stores."""
 
-from collections.abc import Iterable
+import contextlib
+from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
 
 FLAGS = {
     "detections-interpreted": "Frames, classes or scores of a detections file were read in a way that the notes name.",
@@ -54,3 +56,24 @@ def prefixed(prefix: str, sentence: str) -> str:
     """The sentence with ``prefix`` and a colon before it, and its flag, if it has one."""
     text = f"{prefix}: {sentence}"
     return Note(text, flag=sentence.flag) if isinstance(sentence, Note) else text
+
+
+_said: ContextVar[list[str] | None] = ContextVar("_said", default=None)
+
+
+@contextlib.contextmanager
+def listening() -> Iterator[list[str]]:
+    """Gather the sentences that all stores of this thread add to their ``problems`` within the block."""
+    said: list[str] = []
+    token = _said.set(said)
+    try:
+        yield said
+    finally:
+        _said.reset(token)
+
+
+def repeat(sentences: Iterable[str]) -> None:
+    """Hand sentences, such as those from another process, to the block that is ``listening``, if there is one."""
+    said = _said.get()
+    if said is not None:
+        said.extend(sentences)

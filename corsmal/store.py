@@ -4,10 +4,10 @@ A result's key is a digest of everything it depends on, so a result never has to
 when an input changes. Files are written under another name and renamed, so a reader sees a whole file or none, and
 two processes may write the same result. There is no wait for the disk, but each file holds a checksum: one that a power
 cut left broken, or in which a bit has flipped, is found when it is read, set aside as ``*.broken`` and computed again.
+So is what is no file (a pipe, a socket, a folder, a link to nowhere), may not be read, or is far too large.
 The store never stops a computation: what cannot be written is simply not kept.
 """
 
-import contextlib
 import hashlib
 import io
 import json
@@ -29,7 +29,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from corsmal.digests import digest, file_fingerprint
 from corsmal.errors import ArgumentError, CorsmalError, FileError
-from corsmal.files import writing
+from corsmal.files import check_plain_file, writing
+from corsmal.notes import repeat
 
 Result = TypeVar("Result")
 
@@ -38,6 +39,7 @@ PROBLEMS_MAX = 20
 KEY = r"[0-9a-f]{32}"
 CHECKSUM_BYTES = 32
 BEGUN_MAX_S = 3600.0
+BYTES_MAX = 256_000_000  # of a file that is read; a result has some megabytes at most
 BROKEN = (
     CorsmalError, OSError, ValueError, TypeError, LookupError, AttributeError, EOFError, ArithmeticError, MemoryError,
     RuntimeError, SyntaxError, tokenize.TokenError, struct.error, zlib.error, zipfile.BadZipFile,
@@ -96,16 +98,14 @@ class Store:
         return self.root / kind / key[:2] / f"{key}{suffix}"
 
     @staticmethod
-    def writing(path: Path) -> AbstractContextManager[Path]:
-        """Write a file so that it appears whole or not at all, see ``corsmal.files.writing``.
+    def writing(path: Path, *, errors: tuple[type[Exception], ...] = ()) -> AbstractContextManager[Path]:
+        """Write a file so that it appears whole or not at all.
 
         Args:
             path: where it is to be, from ``file``; an older one is replaced.
-
-        Raises:
-            FileError: the folder or the file cannot be written.
+            errors: see ``corsmal.files.writing``, as for what is raised.
         """
-        return writing(path, advice="free the disk or set CORSMAL_CACHE")
+        return writing(path, advice="free the disk or set CORSMAL_CACHE", errors=errors)
 
     def check_writable(self) -> None:
         """Make sure that results can be kept.
@@ -125,21 +125,24 @@ class Store:
     def read(self, path: Path, reader: Callable[[Path], Result]) -> Result | None:
         """What a reader makes of a result's file, or None where there is none.
 
-        A file that it cannot read is set aside, with a sentence in ``problems``.
+        A file that it cannot read is set aside, with a sentence in ``problems``; what is no file is not opened.
 
         Args:
             path: from ``file``.
             reader: raises a ``CorsmalError``, or what Python's and NumPy's own readers raise, on a broken file.
         """
         try:
+            check_plain_file(path, bytes_max=BYTES_MAX)
             return reader(path)
         except (FileNotFoundError, NotADirectoryError):
             return None
         except BROKEN as error:
-            self._note(f"{path}: was unreadable ({type(error).__name__}), set aside and computed again")
-            with contextlib.suppress(OSError):
-                os.replace(path, path.with_name(f"{path.name}.broken"))
+            self._set_aside(path, error)
             return None
+
+    def has_remains(self, path: Path) -> bool:
+        """Whether something is, or was, in the place of a result that ``read`` did not find."""
+        return any(map(os.path.lexists, (path, _broken(path))))
 
     def write(self, path: Path, writer: Callable[[Path], object]) -> bool:
         """Keep a result; false, and a sentence in ``problems``, where it cannot be written.
@@ -196,12 +199,27 @@ class Store:
         files = sorted((self.root / kind).glob("*/*.json"))
         return tuple(path.stem for path in files if re.fullmatch(KEY, path.stem))
 
+    def _set_aside(self, path: Path, error: Exception) -> None:
+        reason = getattr(error, "problem", None) or getattr(error, "strerror", None) or type(error).__name__
+        try:
+            os.replace(path, _broken(path))
+            done = "it was set aside, and what can be computed is computed again"
+        except OSError as failure:
+            done = f"it cannot be set aside either ({failure.strerror}), delete it"
+        self._note(f"{path}: cannot be read ({reason}); {done}")
+
     def _note(self, sentence: str) -> None:
+        repeat([sentence])
         with self._lock:
             self._problems.pop(sentence, None)
             self._problems[sentence] = None
             while len(self._problems) > PROBLEMS_MAX:
                 del self._problems[next(iter(self._problems))]
+
+
+def _broken(path: Path) -> Path:
+    """Where a file is set aside."""
+    return path.with_name(f"{path.name}.broken")
 
 
 def _checksum(content: bytes) -> bytes:

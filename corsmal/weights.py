@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from corsmal.errors import ArgumentError, FileError
-from corsmal.files import writing
+from corsmal.files import check_plain_file, writing
 
 if TYPE_CHECKING:
     import torch
@@ -72,10 +72,8 @@ def find_weights(kind: Kind, named: str | Path | None = None) -> WeightsFile:
         >>> find_weights("mass", "demo").is_bundled
         True
     """
-    choices: tuple[tuple[Origin, str | Path | None], ...] = (
-        ("named", named),
-        ("environment", os.environ.get(f"CORSMAL_{kind.upper()}_WEIGHTS")),
-    )
+    set_file = os.environ.get(f"CORSMAL_{kind.upper()}_WEIGHTS")
+    choices: tuple[tuple[Origin, str | Path | None], ...] = (("named", named), ("environment", set_file))
     for origin, given in choices:
         if given:
             is_demo = str(given) == BUNDLED_NAME
@@ -85,6 +83,7 @@ def find_weights(kind: Kind, named: str | Path | None = None) -> WeightsFile:
 
 def file_sha256(path: Path) -> str:
     """The SHA-256 of a file's content, hexadecimal."""
+    check_plain_file(path)
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -150,9 +149,8 @@ def read_network(path: Path, kind: Kind, build: Callable[[Any], Network]) -> Net
     import safetensors.torch  # noqa: PLC0415 - as above
     import torch  # noqa: PLC0415
 
-    config, _ = _read_metadata(path, kind)
     try:
-        network = build(config)
+        network = build(_read_metadata(path, kind)[0])
         state = safetensors.torch.load_file(path)
     except (OSError, safetensors.SafetensorError, TypeError, ValueError, LookupError, RuntimeError) as error:
         raise _foreign(path, kind) from error
@@ -179,6 +177,7 @@ def _read_metadata(path: Path, kind: Kind) -> tuple[Any, dict[str, Any]]:
     import safetensors  # noqa: PLC0415 - only for those who read networks
 
     try:
+        check_plain_file(path)
         with safetensors.safe_open(path, "np") as file:
             metadata = file.metadata() or {}
         # networks written before there was a record of the training have an entry for each part, or only the config

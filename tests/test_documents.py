@@ -6,6 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from corsmal.dataset.plain_pickle import BYTES_CREATED_MAX, OPCODES_MAX
+from corsmal.dataset.video_file import PIXELS_MAX
+from corsmal.detection import coco
+from corsmal.detection.polygons import POINTS_MAX, POLYGONS_MAX
+from corsmal.ui.jobs import FAREWELL_S
 from tests.test_architecture import FLOOR_OF, FLOORS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -78,6 +83,18 @@ def test_the_floors_are_those_of_the_architecture_test():
 def test_every_room_has_its_line():
     rooms = re.findall(r"^\| `(\w+)(?:\.py)?/?` \|", text_of(ARCHITECTURE), re.MULTILINE)
     assert sorted(rooms) == sorted(FLOOR_OF)
+
+
+def test_the_security_page_names_the_limits_that_the_code_has():
+    text = " ".join(text_of("docs/security.md").split())
+    limits = (
+        f"At most {OPCODES_MAX} instructions and {BYTES_CREATED_MAX // 10**6} MB are made of it",
+        f"At most {coco.BYTES_MAX // 10**6} MB",
+        f"of a frame {coco.FRAME_ENTRIES_MAX} detections, of a mask {POLYGONS_MAX} polygons and {POINTS_MAX:,} points",
+        f"pictures of more than {PIXELS_MAX // 10**6} million pixels",
+        f"within {FAREWELL_S:.0f} seconds".replace("5", "five"),
+    )
+    assert [limit for limit in limits if limit not in text] == []
 
 
 def test_every_command_of_contributing_names_what_is_there():

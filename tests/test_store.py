@@ -1,9 +1,12 @@
+import contextlib
 import json
 import multiprocessing
 import os
 import pickle
+import socket
 import subprocess
 import sys
+import tempfile
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -14,8 +17,10 @@ import pytest
 from corsmal.detection import Detections, ViewDetections
 from corsmal.detection.parquet import read_parquet, write_parquet
 from corsmal.errors import ArgumentError, FileError
-from corsmal.store import PROBLEMS_MAX, Store, digest
+from corsmal.notes import listening, repeat
+from corsmal.store import BYTES_MAX, PROBLEMS_MAX, Store, digest
 
+NOBODY = 65534
 KEY = digest("a key")
 SIZE = (6, 8)
 
@@ -41,6 +46,63 @@ def save_view(store, view=None):
 
 def load_view(store):
     return store.read(store.file("detections", KEY, ".parquet"), read_parquet)
+
+
+def put(content):
+    """Damage that leaves a file with a part of what was in it, or with other bytes."""
+    return lambda path: path.write_bytes(content(path.read_bytes()))
+
+
+def instead(make):
+    """Damage that puts something else in the place of the file."""
+
+    def damage(path):
+        path.unlink()
+        make(path)
+
+    return damage
+
+
+def make_socket(path):
+    with socket.socket(socket.AF_UNIX) as made:
+        folder = os.getcwd()
+        os.chdir(path.parent)  # a socket's path has 107 characters at most
+        try:
+            made.bind(path.name)
+        finally:
+            os.chdir(folder)
+
+
+def make_huge(path):
+    with path.open("wb") as file:
+        file.truncate(BYTES_MAX + 1)
+
+
+DAMAGES = {
+    "empty": put(lambda _content: b""),
+    "half": put(lambda content: content[: len(content) // 2]),
+    "zeros": put(lambda content: bytes(len(content))),
+    "other": put(lambda _content: b"[1]"),
+    "random": put(lambda _content: np.random.default_rng(3).bytes(300)),
+    "folder": instead(Path.mkdir),
+    "pipe": instead(os.mkfifo),
+    "socket": instead(make_socket),
+    "link to nowhere": instead(lambda path: path.symlink_to("nowhere")),
+    "link to itself": instead(lambda path: path.symlink_to(path)),
+    "endless": instead(lambda path: path.symlink_to("/dev/zero")),
+    "huge": instead(make_huge),
+}
+
+
+@contextlib.contextmanager
+def as_another_user():
+    """Be a user without rights; one who is none already stays what he is."""
+    mine = os.geteuid()
+    os.seteuid(NOBODY if mine == 0 else mine)
+    try:
+        yield
+    finally:
+        os.seteuid(mine)
 
 
 KINDS = {
@@ -104,25 +166,68 @@ def test_what_was_not_stored_is_none(store, blocked, suffix):
 
 
 @pytest.mark.parametrize("suffix", KINDS)
-@pytest.mark.parametrize("damage", ["empty", "half", "zeros", "other", "folder"])
+@pytest.mark.parametrize("damage", DAMAGES)
 def test_a_broken_file_is_set_aside_and_can_be_written_again(store, suffix, damage):
     save, load = KINDS[suffix]
     save(store)
     path = the_file(store, suffix)
-    content = path.read_bytes()
-    if damage == "folder":
-        path.unlink()
-        path.mkdir()
-    else:
-        path.write_bytes(
-            {"empty": b"", "half": content[: len(content) // 2], "zeros": bytes(len(content)), "other": b"[1]"}[damage]
-        )
+    DAMAGES[damage](path)
     assert load(store) is None
-    assert not path.exists()
-    assert path.with_name(f"{path.name}.broken").exists()
-    assert "set aside" in store.problems[-1]
+    assert not os.path.lexists(path)
+    assert os.path.lexists(path.with_name(f"{path.name}.broken"))
+    assert store.has_remains(path)
+    [problem] = store.problems
+    assert problem.startswith(f"{path}: cannot be read (")
+    assert "set aside" in problem
+    assert load(Store(store.root)) is None
     assert save(store)
     assert load(store) is not None
+    assert store.problems == (problem,)
+
+
+def test_a_file_that_cannot_be_set_aside_is_said_with_what_to_do(store):
+    store.save_json("fits", KEY, {})
+    path = the_file(store, ".json")
+    path.write_bytes(b"broken")
+    path.with_name(f"{path.name}.broken").mkdir()
+    assert store.json("fits", KEY) is None
+    assert "it cannot be set aside either (Is a directory), delete it" in store.problems[-1]
+    assert store.has_remains(path)
+
+
+@pytest.mark.parametrize("suffix", KINDS)
+def test_what_another_user_may_not_read_is_not_there_and_does_not_stop_him(suffix):
+    with tempfile.TemporaryDirectory() as folder:  # pytest's own folders are closed to others
+        os.chmod(folder, 0o777)
+        store = Store(Path(folder) / "cache")
+        save, load = KINDS[suffix]
+        save(store)
+        path = the_file(store, suffix)
+        path.chmod(0)
+        with as_another_user():
+            assert load(store) is None
+        [problem] = store.problems
+        assert "cannot be read (Permission denied)" in problem
+        (store.root / path.relative_to(store.root).parts[0]).chmod(0)
+        with as_another_user():
+            assert load(store) is None
+            assert save(store) is False
+        assert "Permission denied" in store.problems[-1]
+
+
+def test_what_stores_say_is_heard_once_where_somebody_listens(store):
+    path = store.file("fits", KEY, ".json")
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"broken")
+    with listening() as outer:
+        with listening() as said:
+            store.json("fits", KEY)
+        assert said == list(store.problems)
+        assert outer == []
+        repeat(said)
+    assert outer == said
+    repeat(said)
+    assert outer == said
 
 
 def plain(found):

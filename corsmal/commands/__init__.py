@@ -20,6 +20,7 @@ from rich.progress import (
 from rich.text import Text
 
 from corsmal.errors import CorsmalError
+from corsmal.notes import listening
 from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ RATE_WINDOW_S = 600.0
 
 LINES_EVERY_S = 30.0
 """A log gets a line about the progress this often."""
+
+COMPLAINTS_MAX = 5
+"""So many problems of the store are printed; the disk that is full for one result is full for the others."""
 
 Root = Annotated[Path, typer.Argument(metavar="ROOT", help="Folder of the dataset.")]
 Ids = Annotated[list[str] | None, typer.Argument(metavar="ID", help="Recordings, such as 000618; default: all.")]
@@ -109,6 +113,20 @@ def progress_bar(what: str) -> Iterator[Report]:
 def complain(what: str, error: CorsmalError | str) -> None:
     """Print an error on one line; brackets in file names are not taken for markup."""
     console.print(Text.assemble((f"{what}:", "red"), f" {error}"), soft_wrap=True)
+
+
+@contextmanager
+def complaints_of_the_store() -> Iterator[None]:
+    """Print at the end what the store could not read or write meanwhile, here or in other processes."""
+    with listening() as said:
+        try:
+            yield
+        finally:
+            sentences = list(dict.fromkeys(said))
+            for sentence in sentences[:COMPLAINTS_MAX]:
+                complain("Cache", sentence)
+            if len(sentences) > COMPLAINTS_MAX:
+                complain("Cache", f"{len(sentences) - COMPLAINTS_MAX} more such problems")
 
 
 def say(sentence: str) -> None:

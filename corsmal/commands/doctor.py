@@ -139,7 +139,7 @@ def _on_store(report: _Report, store: "Store") -> None:
         report.problem(str(error), kind="cache")
     leftovers = store.leftovers()
     if leftovers:
-        size_mb = sum(path.stat().st_size for path in leftovers) / 1e6
+        size_mb = sum(path.lstat().st_size for path in leftovers) / 1e6
         report.note(
             f"{len(leftovers)} files there are unused ({size_mb:.1f} MB) and can be deleted, such as {leftovers[0]}",
             kind="cache",

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 
 from corsmal import files
 from corsmal.errors import FileError
-from corsmal.store import Store
+from corsmal.files import check_plain_file
+from corsmal.store import BYTES_MAX, Store
 from corsmal.weights import BUNDLED
 
 if TYPE_CHECKING:
@@ -49,9 +50,11 @@ def full_demo_folder(store: Store) -> Path:
 
 def is_open(store: Store) -> bool:
     """Whether the store has this version's demo."""
+    mark = demo_folder(store) / MARK
     try:
-        return (demo_folder(store) / MARK).read_bytes() == (PACK / "recordings" / MARK).read_bytes()
-    except OSError:
+        check_plain_file(mark, bytes_max=BYTES_MAX)
+        return mark.read_bytes() == (PACK / "recordings" / MARK).read_bytes()
+    except (FileError, OSError):
         return False
 
 

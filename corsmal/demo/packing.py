@@ -14,7 +14,7 @@ from corsmal.errors import ArgumentError
 from corsmal.parameters import SHAPE_PRESETS
 from corsmal.runs.making import make_run
 from corsmal.runs.run import Run, save_run
-from corsmal.stages.detections import load_detections
+from corsmal.stages.detections import POINTERS, load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.fits import load_fit
 from corsmal.stages.moments import kept_estimate, known_when, moments_s
@@ -33,7 +33,7 @@ PRESETS = ("paper", "tuned")
 APART = "moments"
 """The store for what was known when, beneath the other one: its hulls are ten times as many, and no page shows them."""
 
-KINDS = ("detections", "latest", "estimates", "fits", f"{APART}/known-when")
+KINDS = ("detections", *POINTERS, "estimates", "fits", f"{APART}/known-when")
 """What is packed of the stores; log-mel rows are as large as the sound, and computed in half a second."""
 
 BYTES_MAX = 12_000_000

@@ -15,6 +15,7 @@ from corsmal.detection.record import Detections
 from corsmal.detection.rle import Size, checked_size, whole_counts
 from corsmal.detection.view import ViewDetections
 from corsmal.errors import ArgumentError, FileError
+from corsmal.files import writing
 from corsmal.notes import Note
 from corsmal.parameters import CONTAINER_CLASSES
 
@@ -72,10 +73,8 @@ def write_coco_results(view_detections: ViewDetections, path: str | Path) -> Non
         FileError: the file cannot be written.
     """
     entries = [entry for frame, detections in view_detections.items() for entry in detections.to_coco(frame)]
-    try:
-        Path(path).write_text(json.dumps(entries), encoding="utf-8")
-    except OSError as error:
-        raise FileError(path, f"cannot be written ({error.strerror}); choose another folder") from error
+    with writing(Path(path), advice="choose another folder") as part:
+        part.write_text(json.dumps(entries), encoding="utf-8")
 
 
 def _read(path: Path, size: Size, frame_count: int | None) -> Results:

@@ -6,6 +6,7 @@ from typing import Any, Protocol, TypeVar
 
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError
+from corsmal.notes import listening, repeat
 
 Item = TypeVar("Item")
 Row = dict[str, Any]
@@ -21,11 +22,13 @@ class Outcome:
         index: of the recording among those that were given.
         row: the result; None where there is none.
         problem: why there is none, one sentence.
+        said: what the store said meanwhile, such as that a kept result cannot be read.
     """
 
     index: int
     row: Row | None = None
     problem: str = ""
+    said: tuple[str, ...] = ()
 
 
 class Engine(Protocol):
@@ -44,12 +47,15 @@ def never() -> bool:
 
 def attempt(task: Callable[[Item], Row], index: int, recording: Item) -> Outcome:
     """Do the task for one recording; whatever it raises is the problem of this recording only."""
-    try:
-        return Outcome(index, task(recording))
-    except CorsmalError as error:
-        return Outcome(index, problem=str(error))
-    except Exception as error:  # noqa: BLE001 - one unforeseen recording must not end an evening's run
-        return Outcome(index, problem=f"stopped unexpectedly: {error!r}")
+    row, problem = None, ""
+    with listening() as said:
+        try:
+            row = task(recording)
+        except CorsmalError as error:
+            problem = str(error)
+        except Exception as error:  # noqa: BLE001 - one unforeseen recording must not end an evening's run
+            problem = f"stopped unexpectedly: {error!r}"
+    return Outcome(index, row, problem, tuple(said))
 
 
 def in_turn(
@@ -88,6 +94,7 @@ def completed_rows(
     if progress is not None:
         progress(0, len(recordings))
     for done, outcome in enumerate(engine(task, recordings, cancelled=cancelled), start=1):
+        repeat(outcome.said)
         if cancelled():
             return
         name = recordings[outcome.index].id

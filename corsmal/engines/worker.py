@@ -1,20 +1,18 @@
 """A worker process: calls what its parent sends through a private connection, until the parent hangs up or dies."""
 
-import fcntl
-import os
 import signal
 import sys
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import NoReturn
 
+from corsmal.engines.lifeline import end_with
+
 
 def main() -> None:
     """Serve the connection whose file descriptor is the first argument; standard input is a pipe of the parent's."""
+    end_with(0)
     signal.signal(signal.SIGTERM, _leave)
-    # The parent's death closes the pipe, and on Linux the kernel then ends this process with SIGIO, whatever it does
-    fcntl.fcntl(0, fcntl.F_SETOWN, os.getpid())
-    fcntl.fcntl(0, fcntl.F_SETFL, fcntl.fcntl(0, fcntl.F_GETFL) | os.O_ASYNC)
     connection = Connection(int(sys.argv[1]))
     with suppress(EOFError, OSError):
         while True:

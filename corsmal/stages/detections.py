@@ -1,5 +1,6 @@
 """The detections of a recording: a file beside the video, or what the store holds of a detector."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -17,6 +18,9 @@ from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.version import READING_VERSION
 from corsmal.store import Store, digest, file_fingerprint
 
+POINTERS = ("latest", "latest-twin")
+"""Kinds of the store: each names what the last detector found in a view. Where one is damaged, the other is read."""
+
 
 @dataclass(frozen=True, eq=False)
 class DetectionSet:
@@ -26,11 +30,13 @@ class DetectionSet:
         views: by view.
         key: ``detections_origin`` before they were read: two sets with the same key are the same.
         notes: one sentence for each view whose file could not be used, and for what was skipped in one.
+        lost: views in which a detector had found something that the store kept and that cannot be read any more.
     """
 
     views: Mapping[str, ViewDetections]
     key: str
     notes: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -43,6 +49,7 @@ def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
     origin = detections_origin(recording, store=store)
     views: dict[str, ViewDetections] = {}
     notes: list[str] = []
+    lost: list[str] = []
     for name, view in recording.views.items():
         try:
             found = read_view_detections(view)
@@ -54,7 +61,11 @@ def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
         if found is not None:
             views[name] = recording_frames(recording, name, found)
             notes += [prefixed(str(view.detections_path or name), problem) for problem in found.problems]
-    return DetectionSet(views, origin, (*recording.clock().notes, *notes))
+        elif _is_lost(view, store):
+            lost.append(name)
+            sentence = f"{name}: the detections that were kept cannot be read; run the detector again"
+            notes.append(Note(sentence, flag="detections-incomplete"))
+    return DetectionSet(views, origin, (*recording.clock().notes, *notes), tuple(lost))
 
 
 def detections_origin(recording: Recording, *, store: Store) -> str:
@@ -65,6 +76,7 @@ def detections_origin(recording: Recording, *, store: Store) -> str:
         kept = _latest(view, store)
         if kept is not None:
             paths.append(_kept_file(kept, store))
+        origins += ["lost"] if kept is None and _is_lost(view, store) else []
         origins += [] if view.detections_path is None else [READING_VERSION]
         origins += [name, kept, [file_fingerprint(path) if path.is_file() else None for path in paths]]
     return digest("origin of detections", *origins)
@@ -94,7 +106,7 @@ def keep_detections(found: ViewDetections, view: View, detector_digest: str, *, 
 
 def show_detections_of(detector_digest: str, view: View, *, store: Store) -> None:
     """Let what this detector found in a view be what ``load_detections`` returns."""
-    store.save_json("latest", _latest_key(view), {"detections": _key(view, detector_digest)})
+    _point_to(_key(view, detector_digest), view, store)
 
 
 def _key(view: View, detector_digest: str) -> str:
@@ -110,10 +122,35 @@ def _read_kept(key: str, store: Store) -> ViewDetections | None:
     return store.read(_kept_file(key, store), read_parquet)
 
 
+def _point_to(key: str, view: View, store: Store) -> None:
+    for kind in POINTERS:
+        store.save_json(kind, _latest_key(view), {"detections": key})
+
+
 def _latest(view: View, store: Store) -> str | None:
     """The key of what the last detector found in a view; None where there is nothing."""
-    key = (store.json("latest", _latest_key(view)) or {}).get("detections")
-    return key if isinstance(key, str) and _kept_file(key, store).is_file() else None
+    for kind in POINTERS:
+        key = _pointed(kind, view, store)
+        if key is not None and os.path.isfile(_kept_file(key, store)):
+            if kind != POINTERS[0]:
+                _point_to(key, view, store)
+            return key
+    return None
+
+
+def _is_lost(view: View, store: Store) -> bool:
+    """Whether there are remains of what the last detector found in a view, where ``_latest`` finds nothing."""
+    for kind in POINTERS:
+        key = _pointed(kind, view, store)
+        path = store.file(kind, _latest_key(view), ".json") if key is None else _kept_file(key, store)
+        if store.has_remains(path):
+            return True
+    return False
+
+
+def _pointed(kind: str, view: View, store: Store) -> str | None:
+    key = (store.json(kind, _latest_key(view)) or {}).get("detections")
+    return key if isinstance(key, str) else None
 
 
 def _latest_key(view: View) -> str:

@@ -5,7 +5,9 @@ from corsmal.dataset.truth import MaskKind, true_mask_path
 from corsmal.detection import ViewDetections
 from corsmal.detection.parquet import read_parquet
 from corsmal.errors import CorsmalError, FileError, NotFoundError
+from corsmal.files import check_plain_file
 from corsmal.parameters import METHOD_VIEWS
+from corsmal.store import BYTES_MAX
 
 
 def true_views(recording: Recording) -> dict[str, ViewDetections]:
@@ -29,6 +31,7 @@ def true_masks(recording: Recording, view: str, *, kind: MaskKind = "visible") -
     """
     path = true_mask_path(recording, view, kind=kind)
     try:
+        check_plain_file(path, bytes_max=BYTES_MAX)
         return read_parquet(path)
     except FileNotFoundError as error:
         raise NotFoundError(f"{path}: the true masks are missing; make the recording again") from error

@@ -137,12 +137,13 @@ def _offer(opened: OpenedRecording) -> None:
     if is_read_only():
         st.caption(f":material/lock: Not every frame of {', '.join(lacking)} was inspected. {READ_ONLY}")
         return
-    if any(name not in found.views for name in lacking):
-        path = recording.views[lacking[0]].video_path
+    never = [name for name in lacking if name not in found.views and name not in found.lost]
+    if never:
+        path = recording.views[never[0]].video_path
         place = f"{path.parent.parent.name}/detections/{path.stem}.json"
         weights = "" if automatic_detector(recording) else _why_not(recording)
         st.info(
-            f"No detections yet in {', '.join(lacking)}. {weights}Run a detector, or put COCO results in `{place}`.",
+            f"No detections yet in {', '.join(never)}. {weights}Run a detector, or put COCO results in `{place}`.",
             icon=":material/search:",
         )
     left, middle, right = st.columns([2, 1.5, 1.1], vertical_alignment="bottom")

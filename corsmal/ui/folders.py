@@ -5,12 +5,17 @@ import os
 import sys
 from pathlib import Path
 
+from streamlit import config
+
 from corsmal.demo import opening
 from corsmal.errors import CorsmalError
 from corsmal.store import Store
 
 REFUSED = "This server opens only the datasets in its own data folder: name one of them, such as train."
 READ_ONLY = "This server is read-only: it shows what is there, and visitors cannot start, change or delete anything."
+
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+"""Addresses that only this machine reaches; a server without an address listens on all."""
 
 
 class RefusedError(CorsmalError):
@@ -38,8 +43,11 @@ def default_folder() -> str:
 
 
 def data_root() -> Path | None:
-    """The folder of ``--data-root DIR``, else of ``CORSMAL_DATA_ROOT``: only datasets in it are opened."""
-    root = _options().data_root
+    """The folder of ``--data-root DIR``, else of ``CORSMAL_DATA_ROOT``: only datasets in it are opened.
+
+    A server without one that others than this machine can reach opens only the folder that it was started with.
+    """
+    root = _options().data_root or (default_folder() if _is_exposed() else None)
     return Path(root).resolve() if root else None
 
 
@@ -83,6 +91,12 @@ def allowed_folder(text: str) -> str:
     if folder is None or not folder.is_relative_to(root):
         raise RefusedError(REFUSED)
     return str(folder)
+
+
+def _is_exposed() -> bool:
+    """Whether the server listens on more than this machine's own address."""
+    address = config.get_option("server.address")
+    return address not in LOOPBACK
 
 
 def _options() -> argparse.Namespace:

@@ -33,6 +33,7 @@ class Job:
         problem: why it failed, one sentence.
         results: how many times the work has kept more results.
         waits_for: the label of the job that goes first; empty where there is none.
+        place: in the queue, 1 for the next; 0 where it does not wait.
         is_left: no session shows its results any more.
         is_at_most: whether the time left will rather be shorter than it is said to be.
         detail: what each stage of the work has done, one sentence; empty where there is one stage.
@@ -48,6 +49,7 @@ class Job:
     problem: str = ""
     results: int = 0
     waits_for: str = ""
+    place: int = 0
     is_left: bool = False
     detail: str = ""
     is_at_most: bool = False
@@ -123,7 +125,7 @@ class Job:
 def progress_text(job: Job, unit: str) -> str:
     """What a job does, how far it is and how long it will take."""
     if job.waits_for:
-        return f"{job.label}: waits for “{job.waits_for}”"
+        return f"{job.label}: place {job.place} in the queue, waits for “{job.waits_for}”"
     if not job.total:
         return f"{job.label} …"
     left_s, time_left = job.seconds_left, ""

@@ -129,11 +129,16 @@ class Jobs:
             if not job.active:
                 return
             began_s = time.monotonic()
-            while not job._cancel.is_set() and (first := min(self._order, key=lambda each: each.rank)) is not job:
-                job.state, job.waits_for = "waiting", first.label
+            while not job._cancel.is_set() and (ahead := self._ahead_of(job)):
+                job.state, job.waits_for, job.place = "waiting", ahead[0].label, len(ahead)
                 self._changed.wait(TURN_S)
-            job.state, job.waits_for = "running", ""
+            job.state, job.waits_for, job.place = "running", "", 0
             job.waited(time.monotonic() - began_s)
+
+    def _ahead_of(self, job: Job) -> list[Job]:
+        """The jobs that go before one, in their order."""
+        queue = sorted(self._order, key=lambda each: each.rank)
+        return queue[: queue.index(job)]
 
     def stop(self) -> None:
         """Cancel all jobs, and wait for those that are running, a few seconds at most."""

@@ -32,7 +32,7 @@ def playable_video(view: View, *, store: Store) -> Path:
         if path.is_file():
             return path
         height = round(video.size[1] * PREVIEW_WIDTH_PX / video.size[0] / 2) * 2
-        with store.writing(path) as part, av.open(str(part), "w") as container:
+        with store.writing(path, errors=(av.FFmpegError,)) as part, av.open(str(part), "w") as container:
             stream = container.add_stream("libx264", rate=max(1, round(video.fps)), options={"preset": "veryfast"})
             stream.width, stream.height, stream.pix_fmt = PREVIEW_WIDTH_PX, height, "yuv420p"
             for image in video:

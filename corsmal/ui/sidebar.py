@@ -18,6 +18,8 @@ from corsmal.ui.pins import tray
 from corsmal.ui.recordings import has_video, listed, most_complete, recording_labels
 
 PICKER, SHOWN_ROOT = "picker", "shown_root"
+STORE_PROBLEMS_MAX = 3
+"""Of the last ones; visitors of a server with a data root are shown none: they name folders outside it."""
 
 
 @contextmanager
@@ -150,6 +152,8 @@ def _recording_picker(found: Dataset) -> None:
     look.picker_keys()
     for problem in found.problems:
         st.caption(f":material/info: {plain(problem)}")
+    for problem in shared.store().problems[-STORE_PROBLEMS_MAX:] if data_root() is None else ():
+        st.caption(f":material/warning: {plain(problem)}")
 
 
 def _choose_one_of(found: Dataset) -> None:

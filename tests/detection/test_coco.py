@@ -143,10 +143,11 @@ def test_what_was_written_is_read_again(tmp_path):
         np.testing.assert_array_equal(again[frame].masks, view[frame].masks)
 
 
-def test_a_folder_that_is_not_there_is_an_error_on_writing(tmp_path):
+def test_a_folder_that_cannot_be_is_an_error_on_writing(tmp_path):
     view = ViewDetections({}, size=SIZE, source="a test")
+    (tmp_path / "file").write_bytes(b"")
     with pytest.raises(CorsmalError, match="cannot be written"):
-        write_coco_results(view, tmp_path / "absent" / "out.json")
+        write_coco_results(view, tmp_path / "file" / "out.json")
 
 
 @pytest.mark.parametrize("view", ["view1", "view2", "view3"])

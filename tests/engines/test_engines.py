@@ -14,10 +14,12 @@ from corsmal.engines.engine import completed_rows, in_turn, run_batch
 from corsmal.engines.processes import Processes
 from corsmal.engines.tasks import DetectTask, EstimateTask, open_detector
 from corsmal.errors import CorsmalError
+from corsmal.notes import listening
 from corsmal.stages.settings import EstimateSettings, find_detector
 from corsmal.stages.version import METHOD_VERSION
+from corsmal.store import digest
 from corsmal.weights import find_weights
-from tests.engines.faulty import Faulty, wait_for
+from tests.engines.faulty import Faulty, ReadsStore, wait_for
 from tests.networks import write_networks
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -84,6 +86,17 @@ def test_what_happens_to_one_recording_is_one_row_with_the_reason(engine, datase
     assert rows["clear"]["notes"] == "the recording is broken"
     assert "stopped unexpectedly: ZeroDivisionError" in rows["unforeseen"]["notes"]
     assert engine is in_turn or "ended" in rows["deadly"]["notes"]
+
+
+def test_what_the_store_says_elsewhere_is_heard_here(engine, dataset, store):
+    key = digest("a key")
+    path = store.file("fits", key, ".json")
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"broken")
+    with listening() as said:
+        run_batch(ReadsStore(store.root, key), list(dataset), engine=engine)
+    [sentence] = dict.fromkeys(said)
+    assert sentence.startswith(f"{path}: cannot be read (")
 
 
 def test_cancelled_work_ends_early(engine, dataset):

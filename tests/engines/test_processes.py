@@ -130,6 +130,38 @@ def test_no_process_outlives_the_program_by_more_than_two_seconds(fault, tiny_da
     wait_for(lambda: not any(map(is_alive, pids_in(folder))), seconds=GRACE_S)
 
 
+def test_processes_that_had_not_begun_when_the_program_was_killed_end_too(tiny_dataset_root, tmp_path):
+    program = (
+        "import os, signal, sys; from pathlib import Path; from tests.engines.faulty import Faulty\n"
+        "from corsmal.engines.processes import Processes; from corsmal.dataset import open_dataset\n"
+        "engine, recordings = Processes(3), list(open_dataset(sys.argv[1]))\n"
+        "engine.start(Faulty(raises=dict.fromkeys(['000000', '000001', '000002'], 'sleep')), recordings)\n"
+        "[Path(sys.argv[2], str(worker._process.pid)).touch() for worker in engine._ahead]\n"
+        "os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    subprocess.run([sys.executable, "-c", program, tiny_dataset_root, tmp_path], env=environment, check=False)
+    assert len(pids_in(tmp_path)) == 3
+    wait_for(lambda: not any(map(is_alive, pids_in(tmp_path))), seconds=GRACE_S)
+
+
+@pytest.mark.parametrize("fault", ["time.sleep(600)", "sum(range(10**12))"])
+def test_a_forked_process_ends_with_the_one_that_holds_its_lifeline(fault, tmp_path):
+    program = (
+        "import os, sys, time; from pathlib import Path; from corsmal.engines.lifeline import end_with\n"
+        "reader, writer = os.pipe()\n"
+        "if not os.fork():\n"
+        f"    os.close(writer); end_with(reader); Path(sys.argv[1], str(os.getpid())).touch(); {fault}\n"
+        "time.sleep(600)\n"
+    )
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen([sys.executable, "-c", program, tmp_path], env=environment) as process:
+        wait_for(lambda: len(pids_in(tmp_path)) == 1)
+        assert all(map(is_alive, pids_in(tmp_path)))
+        process.kill()
+    wait_for(lambda: not any(map(is_alive, pids_in(tmp_path))), seconds=GRACE_S)
+
+
 def test_what_was_given_to_a_worker_ahead_is_done_though_it_dies(dataset, tmp_path):
     engine = Processes(1, stays=True)
     task = Faulty(raises={"000001": "kill"}, once=tmp_path / "killed")

@@ -1,3 +1,5 @@
+import csv
+import json
 from dataclasses import replace
 from datetime import date
 
@@ -5,6 +7,7 @@ import pytest
 
 from corsmal.dataset import open_dataset
 from corsmal.errors import ArgumentError
+from corsmal.evaluation import export_table, read_estimates, write_estimates
 from corsmal.figures.pins import Pin
 from corsmal.figures.report import Commands, Table, Table2, report_html
 from corsmal.parameters import ShapeParameters
@@ -99,6 +102,33 @@ def test_the_commands_of_the_appendix_name_preset_recordings_and_protocol(datase
     )
     assert "--preset tuned --wall 2.5" in commands(walled, dataset, protocol="held-out", against=None)[0]
     assert len(blocks_of(run_report(runs["first"], dataset), Commands)) == 1
+
+
+@pytest.mark.parametrize(
+    "hostile", ["=cmd|' /C calc'!A0", "</script><script>alert(1)</script>", "a\nb & \\\\ www.x.org"]
+)
+def test_hostile_texts_of_files_stay_texts_in_tables_and_report(tiny_dataset_root, tmp_path, runs, hostile):
+    root = tmp_path / "set"
+    root.mkdir()
+    content = json.loads((tiny_dataset_root / "ccm_tiny_annotation.json").read_text(encoding="utf-8"))
+    content["containers"] = [{**container, "name": hostile, "type": hostile} for container in content["containers"]]
+    write_json(root / "ccm_tiny_annotation.json", content)
+    (root / "audio").symlink_to(tiny_dataset_root / "audio")
+    dataset = open_dataset(root)
+    rows = tuple({**row, "notes": hostile, "status": hostile, "pair": hostile} for row in runs["first"].rows)
+    run = replace(runs["first"], rows=rows, note=hostile)
+    page = report_html(run_report(run, dataset, title=hostile, author=hostile))
+    assert "<script>alert" not in page
+    assert "href" not in page.replace('<a href="#', "")
+    write_estimates(run.table, tmp_path / "e.csv")
+    for table in (run.table, read_estimates(tmp_path / "e.csv")):
+        assert set(table["notes"]) == {hostile} or set(table["notes"]) == {f"'{hostile}"}
+    lines = export_table(run.table[["recording_id", "notes"]], table_format="latex").splitlines()
+    assert len([line for line in lines if line.endswith(r"\\")]) == 1 + len(run.table)
+    with (tmp_path / "e.csv").open(encoding="utf-8", newline="") as file:
+        assert not any(
+            cell[:1] in tuple("=+-@") and not cell[1:2].isdigit() for row in csv.reader(file) for cell in row
+        )
 
 
 def test_a_run_without_rows_of_the_dataset_is_one_sentence(dataset, runs):

@@ -129,6 +129,23 @@ def test_a_full_disk_is_reported_in_one_sentence_and_leaves_nothing_half(tmp_pat
     assert not list((tmp_path / "audio").iterdir())
 
 
+@pytest.mark.parametrize("fault", ["video", "compiler"])
+def test_a_disk_that_fills_up_leaves_whole_parts_and_nothing_else(tmp_path, monkeypatch, fault):
+    def half(path, *_arguments, **_options):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.with_name(f".{path.name}").write_bytes(b"half a video")
+        raise OSError(28, "No space left on device")
+
+    def full(*_arguments, **_options):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(recording_files, *{"video": ("_write_view", half), "compiler": ("render_frame", full)}[fault])
+    with pytest.raises(CorsmalError, match=r"cannot be written \(No space left on device\); free the disk or choose"):
+        write_demo(tmp_path, **SMALL)
+    assert sorted(path for path in snapshot(tmp_path) if not path.startswith(".making/kernels")) == ["truth/demo.json"]
+    assert not list((tmp_path / ".making").glob("begun-*"))
+
+
 def test_a_folder_of_other_recordings_is_refused(tmp_path):
     (tmp_path / "view1" / "rgb").mkdir(parents=True)
     with pytest.raises(FileError, match="holds recordings that are not the demo's"):

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from streamlit import config
 
 from corsmal.ui.folders import (
     REFUSED,
@@ -78,6 +79,24 @@ def test_the_demos_and_what_the_server_was_started_with_are_open(root: Path, mon
 def test_without_a_data_root_every_folder_may_be_named() -> None:
     assert data_root() is None
     assert allowed_folder("../x") == "../x"
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0", "::", "192.0.2.7", None])
+def test_a_server_that_others_reach_opens_only_what_it_was_started_with(
+    root: Path, monkeypatch: pytest.MonkeyPatch, address: str | None
+) -> None:
+    monkeypatch.setattr(config, "get_option", {"server.address": address}.get)
+    monkeypatch.setattr(sys, "argv", ["app.py", "--data", str(root)])
+    assert data_root() == root
+    for text in (str(root), str(root / "ccm" / "train"), "within/train"):
+        assert Path(allowed_folder(text)).resolve().is_relative_to(root)
+    for text in ("..", "/etc", "/etc/none", str(root.parent / "secret"), "outside/train", "circle/x"):
+        with pytest.raises(RefusedError, match=f"^{REFUSED}$"):
+            allowed_folder(text)
+    monkeypatch.setattr(sys, "argv", ["app.py"])
+    assert allowed_folder(str(demo_folder())) == str(demo_folder())
+    with pytest.raises(RefusedError):
+        allowed_folder(str(root))
 
 
 def test_options_come_from_the_command_line_or_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:

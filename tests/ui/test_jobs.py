@@ -133,12 +133,29 @@ def test_a_job_that_waits_says_what_for_and_can_be_cancelled():
     waiting = jobs.start("b", "The second", second)
     until(lambda: waiting.waits_for)
     assert (waiting.state, waiting.active) == ("waiting", True)
-    assert progress_text(waiting, "frames") == "The second: waits for “The first”"
+    assert progress_text(waiting, "frames") == "The second: place 1 in the queue, waits for “The first”"
     waiting.cancel()
     assert finished(waiting).state == "cancelled"
     first.gate.release(3)
     until(lambda: jobs.state("a") == "done")
     assert noted == ["a0", "a1", "a2"]
+
+
+def test_the_place_in_the_queue_is_that_of_the_priority_and_moves_up():
+    jobs, noted = Jobs(), []
+    works = [Steps(name, noted) for name in "abcd"]
+    a, b, c = (jobs.start(work.name, work.name, work) for work in works[:3])
+    until(lambda: (b.place, c.place) == (1, 2))
+    d = jobs.start("d", "d", works[3], priority=Priority.SHOWN)
+    until(lambda: (d.state, d.place) == ("running", 0))
+    until(lambda: (b.place, c.place) == (2, 3))
+    for work in (works[3], works[0]):
+        work.gate.release(3)
+    until(lambda: (b.state, b.place, c.place) == ("running", 0, 1))
+    assert progress_text(c, "frames") == "c: place 1 in the queue, waits for “b”"
+    for work in works[1:3]:
+        work.gate.release(3)
+    assert finished(c).state == finished(a).state == "done"
 
 
 def test_a_job_of_a_lower_priority_yields_after_its_step_and_then_resumes():

@@ -1,6 +1,8 @@
 """Training the demo's detector on rendered frames."""
 
+import os
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from torch.utils.data import DataLoader
 from torchvision.models.detection import MaskRCNN
 
 from corsmal.detection.small import SmallMaskRCNN, read_detector, save_detector
+from corsmal.engines.lifeline import end_with
 from corsmal.errors import FileError
 from corsmal.synthetic.training.frames import DetectorTraining, RenderedFrames, Target
 from corsmal.weights import quiet_lightning, read_checkpoint
@@ -83,7 +86,15 @@ def train_detector(folder: Path, training: DetectorTraining | None = None, *, in
             raise FileError(
                 init, "holds the weights of another network, which are no beginning for this one"
             ) from error
-    loader = DataLoader(frames, batch_size=None, num_workers=1, collate_fn=_collated, prefetch_factor=4)
+    lifeline = os.pipe()
+    loader = DataLoader(
+        frames,
+        batch_size=None,
+        num_workers=1,
+        collate_fn=_collated,
+        prefetch_factor=4,
+        worker_init_fn=partial(_begin_to_render, lifeline),
+    )
     trainer = lightning.Trainer(
         max_steps=training.steps,
         precision="bf16-mixed",
@@ -96,8 +107,12 @@ def train_detector(folder: Path, training: DetectorTraining | None = None, *, in
         ],
         enable_model_summary=False,
     )
-    with quiet_lightning():
-        trainer.fit(module, loader, ckpt_path=last if begun else None, weights_only=True)
+    try:
+        with quiet_lightning():
+            trainer.fit(module, loader, ckpt_path=last if begun else None, weights_only=True)
+    finally:
+        for end in lifeline:
+            os.close(end)
     path = folder / "detector.safetensors"
     save_detector(path, module.network)
     return path
@@ -116,6 +131,13 @@ def begin_with(network: MaskRCNN, state: Mapping[str, Tensor]) -> None:
         else:
             whole[name] = value
     network.load_state_dict(whole)
+
+
+def _begin_to_render(lifeline: tuple[int, int], _number: int) -> None:
+    """The process that renders ends with this one; it has a copy of the end that only this one may hold."""
+    reader, writer = lifeline
+    os.close(writer)
+    end_with(reader)
 
 
 def _collated(samples: list[tuple[Tensor, Target]]) -> tuple[list[Tensor], list[Target]]:

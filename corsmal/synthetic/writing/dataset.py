@@ -1,8 +1,8 @@
 """Writing a synthetic dataset: recordings appear whole, and a stopped call is finished by the next one."""
 
 import json
-import os
 import shutil
+import uuid
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from corsmal.engines.engine import in_turn, never
 from corsmal.errors import ArgumentError, CorsmalError, FileError, NotFoundError
 from corsmal.synthetic.scene.cameras import DEMO_SIZE
 from corsmal.synthetic.writing.pace import Pace
-from corsmal.synthetic.writing.parts import ANNOTATION_FILE, PARTS, STAGING, part_files, writing
+from corsmal.synthetic.writing.parts import ANNOTATION_FILE, PARTS, STAGING, move, part_files, writing
 from corsmal.synthetic.writing.pieces import Piece, WritePiece, start_processes
 from corsmal.synthetic.writing.plan import PlannedRecording, annotation_of, plan_recordings
 
@@ -103,17 +103,20 @@ def write_demo(
     wanted = _wanted(plan, ids)
     _claim(root, settings)
     making = _Making(root, wanted, frame_step, compact, progress or (lambda _progress: None))
-    task = WritePiece(root / STAGING, size, frame_step, compact)
-    if workers == 0 or not making.pieces:
-        outcomes = in_turn(task, making.pieces, cancelled=cancelled)
-    else:
-        processes = start_processes(root, count=workers)
-        outcomes = processes(task, making.pieces, cancelled=cancelled)
-    with closing(outcomes):
-        for outcome in outcomes:
-            if outcome.problem:
-                raise CorsmalError(outcome.problem)
-            making.note(making.pieces[outcome.index])
+    begun = root / STAGING / f"begun-{uuid.uuid4().hex}"
+    task = WritePiece(root / STAGING, begun, size, frame_step, compact)
+    try:
+        if workers == 0 or not making.pieces:
+            outcomes = in_turn(task, making.pieces, cancelled=cancelled)
+        else:
+            outcomes = start_processes(root, count=workers)(task, making.pieces, cancelled=cancelled)
+        with closing(outcomes):
+            for outcome in outcomes:
+                if outcome.problem:
+                    raise CorsmalError(outcome.problem)
+                making.note(making.pieces[outcome.index])
+    finally:
+        shutil.rmtree(begun, ignore_errors=True)
     return making.complete
 
 
@@ -150,7 +153,7 @@ class _Making:
         finished = [planned for planned in candidates if not any(self._is_absent(planned, part) for part in PARTS)]
         for planned in finished:
             for file in (file for part in PARTS for file in self._files(planned, part)):
-                self._publish(file)
+                move(file, self._staging, self._root)
             self._complete[planned.recording_id] = planned.annotation(frame_step=self._frame_step)
         if finished:
             with writing(self._root / ANNOTATION_FILE) as path:
@@ -167,17 +170,6 @@ class _Making:
         """Whether a part is neither in place nor waiting to be put there."""
         folders = self._root, self._staging
         return not all(any((folder / file).is_file() for folder in folders) for file in self._files(planned, part))
-
-    def _publish(self, file: Path) -> None:
-        path = self._root / file
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            if (self._staging / file).is_file():
-                os.replace(self._staging / file, path)
-        except FileNotFoundError:
-            pass  # another process that makes the same dataset was faster
-        except OSError as error:
-            raise FileError(path, f"cannot be written ({error.strerror}); choose another folder") from error
 
 
 def _wanted(plan: Sequence[PlannedRecording], ids: Sequence[str] | None) -> list[PlannedRecording]:

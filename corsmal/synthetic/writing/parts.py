@@ -1,9 +1,11 @@
 """Of which parts a recording is made, and where their files are."""
 
+import os
 from functools import partial
 from pathlib import Path
 
 from corsmal import files
+from corsmal.errors import FileError
 from corsmal.synthetic.scene.cameras import VIEWS
 
 ANNOTATION_FILE = Path("ccm_demo_annotation.json")
@@ -16,7 +18,9 @@ SOUND = "sound"
 PARTS = (*VIEWS, SOUND)
 """What can be made apart from the rest of a recording: each view, and the sound with the truth about the scene."""
 
-writing = partial(files.writing, advice="free the disk or choose another folder")
+ADVICE = "free the disk or choose another folder"
+
+writing = partial(files.writing, advice=ADVICE)
 """Write a file of the dataset, whole or not at all."""
 
 
@@ -30,3 +34,24 @@ def part_files(recording_id: str, part: str, *, compact: bool = False) -> tuple[
         Path("truth", "visible", part, f"{recording_id}.parquet"),
         Path(part, "rgb", f"{recording_id}.mp4"),
     )
+
+
+def move(file: Path, source: Path, target: Path) -> None:
+    """Move a file from one folder to another one of the same disk; one that is not there is no error.
+
+    Args:
+        file: relative to both folders.
+        source: the folder where it is, unless another process that makes the same dataset was faster.
+        target: the other folder.
+
+    Raises:
+        FileError: the file cannot be moved.
+    """
+    try:
+        (target / file).parent.mkdir(parents=True, exist_ok=True)
+        if (source / file).is_file():
+            os.replace(source / file, target / file)
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        raise FileError(target / file, f"cannot be written ({error.strerror}); {ADVICE}") from error

@@ -9,7 +9,8 @@ from typing import Literal
 from corsmal.digests import digest
 from corsmal.engines.engine import Row
 from corsmal.engines.processes import Processes, cores
-from corsmal.synthetic.writing.parts import STAGING
+from corsmal.errors import FileError
+from corsmal.synthetic.writing.parts import ADVICE, STAGING, move, part_files
 from corsmal.synthetic.writing.plan import PlannedRecording
 
 Kernels = Literal["vessels", "limbs"]
@@ -29,26 +30,36 @@ class Piece:
 
 @dataclass(frozen=True)
 class WritePiece:
-    """The task of making a piece in a folder; the other arguments are those of ``write_part``."""
+    """The task of making a piece.
+
+    Args:
+        folder: where its files are put when all of them are whole.
+        begun: the call's own folder of the same disk, in which they are made; what is left in it is of no use.
+        size: as in ``write_part``, like the others.
+    """
 
     folder: Path
+    begun: Path
     size: tuple[int, int]
     frame_step: int
     compact: bool = False
 
     def __call__(self, piece: Piece) -> Row:
-        """Make the piece."""
+        """Make the piece.
+
+        Raises:
+            FileError: a file cannot be written.
+        """
         from corsmal.synthetic.writing.recording import write_part  # noqa: PLC0415 - loads the renderer
 
-        write_part(
-            self.folder,
-            piece.planned.recording_id,
-            piece.planned.scene(),
-            piece.part,
-            size=self.size,
-            frame_step=self.frame_step,
-            compact=self.compact,
-        )
+        name, part = piece.planned.recording_id, piece.part
+        size, step = self.size, self.frame_step
+        try:
+            write_part(self.begun, name, piece.planned.scene(), part, size=size, frame_step=step, compact=self.compact)
+        except OSError as error:  # such as that of the compiler, which keeps what it has compiled
+            raise FileError(self.folder, f"cannot be written ({error.strerror}); {ADVICE}") from error
+        for file in part_files(name, part, compact=self.compact):
+            move(file, self.begun, self.folder)
         return {}
 
 
