@@ -52,6 +52,7 @@ class BestFrame:
         centre_rule: the rung of the ladder that the scores were computed with.
         scores: one per frame that was inspected in both views, by frame index.
         reason: why there is no best frame; empty if there is one.
+        is_by_fit: whether an estimate took this frame because it explains it best, instead of for its score.
     """
 
     pair: Pair
@@ -59,6 +60,7 @@ class BestFrame:
     centre_rule: CentreRule
     scores: tuple[FrameScore, ...]
     reason: str = ""
+    is_by_fit: bool = False
 
     @property
     def ok(self) -> bool:
@@ -69,12 +71,6 @@ class BestFrame:
     def score(self) -> FrameScore | None:
         """The best frame's score."""
         return next((score for score in self.scores if score.frame == self.frame), None)
-
-    @property
-    def is_by_score(self) -> bool:
-        """Whether no frame has a higher score; an estimate from several frames takes the one that it explains best."""
-        own = None if self.score is None else self.score.total
-        return own is not None and own == max(score.total for score in self.scores if score.total is not None)
 
 
 def penalty(box: NDArray[np.float64], other: NDArray[np.float64]) -> int:

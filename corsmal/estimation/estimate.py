@@ -107,7 +107,7 @@ def _geometry(
                 recording.id,
                 "fitted" if position == 0 else "fitted, second pair",
                 **values,
-                best_frame=replace(best, frame=found.fit.frame),
+                best_frame=replace(best, frame=found.fit.frame, is_by_fit=len(frames) > 1),
                 fit=found.fit,
                 notes=notes,
                 intervals=found.intervals,

@@ -62,6 +62,7 @@ def test_a_clean_recording_is_fitted_near_the_truth(recording):
     assert (result.recording_id, result.status, result.notes) == ("000000", "fitted", ())
     assert result.fit.pair == PAIRS[0]
     assert result.fit.frame == result.best_frame.frame
+    assert not result.best_frame.is_by_fit
     assert result.centre_rule == result.best_frame.centre_rule
     truth = CONTAINERS[0]
     assert 0.9 < result.capacity_ml / capacity_ml(truth.profile) < 1.3

@@ -105,6 +105,7 @@ def test_an_estimate_over_several_frames_carries_intervals_into_its_row(tiny):
     assert found.status == "fitted"
     assert found.height_mm == pytest.approx(119, rel=0.04)
     assert found.best_frame.frame == found.fit.frame
+    assert found.best_frame.is_by_fit
     row = found.row()
     for name in GEOMETRY:
         assert row[f"{name}_low"] < row[name] < row[f"{name}_high"]

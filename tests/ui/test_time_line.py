@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -22,9 +23,7 @@ def test_the_best_and_the_inspected_frames_are_marked() -> None:
 
 
 def test_a_frame_that_fits_best_is_told_from_one_with_the_best_score() -> None:
-    scores = (FrameScore(0, (100, 100), (0, 0)), FrameScore(4, (100, 120), (0, 0)), FrameScore(8, (300, None), (0, 0)))
-    by_frame = {frame: marked(BestFrame(PAIR, frame, "none", scores))["best_name"] for frame in (0, 4)}
-    assert by_frame == {0: "Best fit", 4: "Best"}
+    assert marked(replace(best_at(4), is_by_fit=True))["best_name"] == "Best fit"
 
 
 def test_without_a_best_frame_the_inspected_ones_are_marked() -> None:

@@ -38,7 +38,7 @@ def _best_text(opened: OpenedRecording, best: BestFrame) -> str:
     if best.frame is None:
         return "none is the best yet"
     time = f" ({best.frame / opened.fps:.2f} s)" if opened.fps else ""
-    return f"{best.frame}{time} {'has the best View Score' if best.is_by_score else 'fits best'}"
+    return f"{best.frame}{time} {'fits best' if best.is_by_fit else 'has the best View Score'}"
 
 
 def hull(opened: OpenedRecording, found: Estimate) -> None:
