@@ -54,6 +54,7 @@ class Job:
     detail: str = ""
     is_at_most: bool = False
     started_s: float = field(default_factory=time.monotonic)
+    _asked_s: float = field(default_factory=time.monotonic)
     _waited_s: float = 0.0
     _idle_s: float = 0.0
     _began: tuple[int, float] | None = None
@@ -115,6 +116,10 @@ class Job:
     def worked_s(self) -> float:
         """A clock that stands still while other jobs go first."""
         return time.monotonic() - self._idle_s
+
+    def times_s(self) -> tuple[float, float]:
+        """For how long it had its turn, and for how long others had it, since it was asked for."""
+        return time.monotonic() - self._asked_s - self._idle_s, self._idle_s
 
     def waited(self, seconds: float) -> None:
         """Leave out of the pace and the forecast what was spent waiting for others."""

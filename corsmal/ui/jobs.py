@@ -1,6 +1,7 @@
 """Long work in the background: one job per key, however many sessions ask for it, one after the other."""
 
 import atexit
+import logging
 import threading
 import time
 from collections.abc import Callable
@@ -9,6 +10,9 @@ from weakref import WeakSet
 from corsmal.errors import CorsmalError
 from corsmal.ui.folders import check_may_change
 from corsmal.ui.job import Job, Priority
+
+LOG = logging.getLogger(__name__)
+"""Which jobs ran, how long, and how long they waited for others."""
 
 TURN_S = 0.2
 """A job that waits for its turn looks this often whether it was asked to stop."""
@@ -122,6 +126,7 @@ class Jobs:
             with self._changed:
                 self._order.remove(job)
                 self._changed.notify_all()
+            LOG.info("%s: %s; had the cores for %.1f s, waited %.1f s", job.label, job.state, *job.times_s())
 
     def _wait_for_turn(self, job: Job) -> None:
         """Wait while another job goes first, unless this one is to stop."""

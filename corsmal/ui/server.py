@@ -2,6 +2,7 @@
 
 import gc
 import importlib
+import logging
 import threading
 from collections.abc import Sequence
 
@@ -31,12 +32,23 @@ def start() -> list[Route]:
     Returns:
         The routes of the application.
     """
+    _log_jobs()
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through the script, too
     for delay_s, names in ((PAGES_AFTER_S, OF_PAGES), (NETWORKS_AFTER_S, OF_NETWORKS)):
         timer = threading.Timer(delay_s, _load, [names])
         timer.daemon = True
         timer.start()
     return routes()
+
+
+def _log_jobs() -> None:
+    """Print which jobs had the cores; the rest of the log belongs to Streamlit."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(asctime)s %(message)s"))
+    jobs = logging.getLogger("corsmal.ui.jobs")
+    jobs.setLevel(logging.INFO)
+    jobs.handlers = [handler]
+    jobs.propagate = False
 
 
 def _load(names: Sequence[str]) -> None:

@@ -158,6 +158,23 @@ def test_the_place_in_the_queue_is_that_of_the_priority_and_moves_up():
     assert finished(c).state == finished(a).state == "done"
 
 
+def test_the_log_says_how_long_a_job_had_the_cores_and_waited(caplog: pytest.LogCaptureFixture):
+    caplog.set_level("INFO", "corsmal.ui.jobs")
+    jobs, gate = Jobs(), threading.Event()
+    first = jobs.start("a", "First", lambda _job: gate.wait(10))
+    second = jobs.start("b", "Second", lambda _job: None)
+    time.sleep(0.3)
+    gate.set()
+    finished(first)
+    finished(second)
+    while len(caplog.messages) < 2:
+        time.sleep(0.001)
+    assert caplog.messages[0].startswith("First: done; had the cores for 0.")
+    assert caplog.messages[0].endswith("waited 0.0 s")
+    assert caplog.messages[1].startswith("Second: done; had the cores for 0.0 s")
+    assert float(caplog.messages[1].split()[-2]) >= 0.3
+
+
 def test_a_job_of_a_lower_priority_yields_after_its_step_and_then_resumes():
     jobs, noted = Jobs(), []
     run, now = Steps("run", noted), Steps("now", noted)
