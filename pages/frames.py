@@ -1,7 +1,10 @@
 """Every frame's View Score, and the detections behind it."""
 
+import streamlit as st
+
 from corsmal.parameters import SHAPE_PRESETS
 from corsmal.ui.detecting import open_detected
+from corsmal.ui.frame_clock import clock_control
 from corsmal.ui.frames import detections_tables, picture_pins, score_line, score_plot
 from corsmal.ui.look import heading
 from corsmal.ui.opened import OpenedRecording, show_panel
@@ -12,8 +15,11 @@ from corsmal.ui.time_line import ALL_KEYS, time_line
 controls = heading("Frames")
 opened = open_detected()
 paper = SHAPE_PRESETS["paper"]
-with controls:
-    best = pair_control(opened, opened.estimate(paper), paper)
+with controls, st.container(horizontal=True, vertical_alignment="bottom"):
+    with st.container(width="content"):
+        best = pair_control(opened, opened.estimate(paper), paper)
+    with st.container(width="content"):
+        clock_control(opened)
 
 
 def browse(opened: OpenedRecording) -> None:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from corsmal.dataset import Dataset, Recording
+    from corsmal.dataset.clock import Matching
     from corsmal.detection import Detector
 
 console = Console(stderr=True)
@@ -57,6 +58,26 @@ DetectFirst = Annotated[
     typer.Option(
         "--detector",
         help="Detect first in recordings without detections: coco is Mask R-CNN, demo the demo's small network.",
+    ),
+]
+MatchViews = Annotated[
+    Literal["time", "index"] | None,
+    typer.Option("--match", help="Match the views' frames by their time stamps, or by number.", show_default="time"),
+]
+Offsets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--offset",
+        metavar="VIEW=SECONDS",
+        help="How much later a view was filmed than its file says; for all recordings. Repeat it for several views.",
+    ),
+]
+Without = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--without",
+        metavar="FLAG",
+        help="Leave out rows that raise this flag, or any; the README lists the flags. Repeat it for more.",
     ),
 ]
 PRESET_HELP = f"Parameters of the fit: {', '.join(SHAPE_PRESETS)}."
@@ -151,6 +172,25 @@ def shape_preset(name: str, *, option: str = "--preset") -> ShapeParameters:
     if name not in SHAPE_PRESETS:
         raise typer.BadParameter(f"available presets: {', '.join(SHAPE_PRESETS)}", param_hint=option)
     return SHAPE_PRESETS[name]
+
+
+def view_matching(match: Literal["time", "index"] | None, offsets: list[str] | None) -> "Matching":
+    """What the options ``--match`` and ``--offset`` say.
+
+    Raises:
+        typer.BadParameter: an offset is not like ``view1=0.4``.
+        ArgumentError: see ``Matching``.
+    """
+    from corsmal.dataset.clock import Matching
+
+    found = []
+    for offset in offsets or ():
+        view, _, seconds = offset.partition("=")
+        try:
+            found.append((view.strip(), float(seconds)))
+        except ValueError:
+            raise typer.BadParameter(f"{offset!r} is not like view1=0.4", param_hint="--offset") from None
+    return Matching(match or "time", tuple(found))
 
 
 def chosen(dataset: "Dataset", ids: list[str] | None) -> "list[Recording]":

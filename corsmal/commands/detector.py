@@ -5,7 +5,19 @@ from typing import Annotated
 
 import typer
 
-from corsmal.commands import Ids, Root, RunFolder, chosen, complain, demo_detector, progress_bar, say
+from corsmal.commands import (
+    Ids,
+    MatchViews,
+    Offsets,
+    Root,
+    RunFolder,
+    chosen,
+    complain,
+    demo_detector,
+    progress_bar,
+    say,
+    view_matching,
+)
 from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, run
 
 
@@ -22,6 +34,8 @@ def detect(
     every: Annotated[
         int, typer.Option(help="Inspect every N-th frame, then those close to the best one; 1: all frames.", min=1)
     ] = 1,
+    match: MatchViews = None,
+    offset: Offsets = None,
     engine: EngineName = "local",
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -35,7 +49,7 @@ def detect(
     from corsmal.stages.settings import find_detector
     from corsmal.store import Store
 
-    recordings, store = chosen(open_dataset(root), ids), Store()
+    recordings, store = chosen(open_dataset(root).matched(view_matching(match, offset)), ids), Store()
     store.check_writable()
     chosen_engine = choose_engine(
         engine, workers=workers, scheduler=scheduler, recordings=len(recordings), detects=True

@@ -58,7 +58,11 @@ def doctor(
     ids: Ids = None,
     *,
     deep: Annotated[
-        bool, typer.Option("--deep", help="Read sounds whole and decode videos at both ends; default: headers.")
+        bool,
+        typer.Option(
+            "--deep",
+            help="Read sounds whole, decode videos at both ends and look for offsets between views; default: headers.",
+        ),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list of findings.")] = False,
     engine: EngineName = "local",

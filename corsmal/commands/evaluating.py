@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
-from corsmal.commands import Root, progress_bar, say, show
+from corsmal.commands import MatchViews, Offsets, Root, Without, progress_bar, say, show, view_matching
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,12 +37,7 @@ def estimates(
         Literal["skip", "zero"],
         typer.Option(help="Recordings without a row: skip does not score them, zero is the challenge's rule."),
     ] = "skip",
-    without: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Leave out rows that raise this flag, or any; the README lists the flags. Repeat it for more."
-        ),
-    ] = None,
+    without: Without = None,
 ) -> None:
     """Compare estimates with a dataset's annotation: the paper's Table 2 and the challenge's scores."""
     import pandas as pd
@@ -131,14 +126,15 @@ def _judge(
     return cells
 
 
-def wall(root: Root) -> None:
+def wall(root: Root, *, match: MatchViews = None, offset: Offsets = None) -> None:
     """Learn the wall thickness that the preset tuned subtracts from round containers, from annotated capacities."""
     from corsmal.dataset import open_dataset
     from corsmal.runs.wall import learn_wall
     from corsmal.store import Store
 
+    recordings = list(open_dataset(root).matched(view_matching(match, offset)))
     with progress_bar("recordings") as progress:
-        learnt = learn_wall(list(open_dataset(root)), store=Store(), progress=progress)
+        learnt = learn_wall(recordings, store=Store(), progress=progress)
     names = {"no_wall_pct": "no wall", "preset_pct": "preset", "others_pct": "others", "wall_mm": "others, mm"}
     show(
         "Mean capacity error in % by container: without a wall, with the preset's, with that of the other containers",

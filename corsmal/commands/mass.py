@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from corsmal.commands import Root, RunFolder, progress_bar, say, shape_preset, show
+from corsmal.commands import MatchViews, Offsets, Root, RunFolder, progress_bar, say, shape_preset, show, view_matching
 from corsmal.errors import ArgumentError, FileError
 from corsmal.parameters import SHAPE_PRESETS
 
@@ -38,6 +38,8 @@ def train(
     ] = None,
     epochs: Annotated[int, typer.Option(help="Maximum number of epochs; most runs stop earlier.", min=1)] = 5000,
     seed: Annotated[int, typer.Option(help="Random seed for split, initial weights and order.", min=0)] = 0,
+    match: MatchViews = None,
+    offset: Offsets = None,
 ) -> None:
     """Train the network for the container's mass on the annotated recordings of a dataset.
 
@@ -49,7 +51,8 @@ def train(
 
     network = MassConfig.paper() if preset == "paper" else MassConfig.tuned()
     network = replace(network, axis=axis or network.axis, padding_px=network.padding_px if padding is None else padding)
-    dataset, parameters = open_dataset(root), shape_preset(shape, option="--shape")
+    dataset = open_dataset(root).matched(view_matching(match, offset))
+    parameters = shape_preset(shape, option="--shape")
     rows = _rows(dataset, parameters)
     trained_on = training_record(dataset, [dataset[row.recording_id] for row in rows], shape=parameters)
     trained = train_mass(rows, folder, MassTraining(network=network, epochs=epochs, seed=seed), trained_on=trained_on)
@@ -71,6 +74,8 @@ def evaluate(
         Literal["held-out", "in-sample"],
         typer.Option(help="held-out: only recordings that the network was not trained on; in-sample: all."),
     ] = "held-out",
+    match: MatchViews = None,
+    offset: Offsets = None,
 ) -> None:
     """Evaluate the network for the container's mass on the annotated recordings of a dataset.
 
@@ -83,7 +88,8 @@ def evaluate(
     from corsmal.stages.training_facts import trained_shape
     from corsmal.weights import find_weights
 
-    predictor, dataset = MassPredictor(find_weights("mass", weights).path), open_dataset(root)
+    predictor = MassPredictor(find_weights("mass", weights).path)
+    dataset = open_dataset(root).matched(view_matching(match, offset))
     trained = trained_shape(predictor.trained_on)
     chosen = shape or (trained if trained in SHAPE_PRESETS else "paper")
     if trained is not None and chosen != trained:

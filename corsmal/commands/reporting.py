@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from corsmal.commands import Root, complain, progress_bar, say
+from corsmal.commands import Root, Without, complain, progress_bar, say
 from corsmal.commands.runs import Name, open_run
 from corsmal.errors import CorsmalError, NotFoundError
 
@@ -22,6 +22,7 @@ def report(
     protocol: Annotated[
         Literal["held-out", "paper", "in-sample"], typer.Option(help="Numbers that count, as in `evaluate estimates`.")
     ] = "held-out",
+    without: Without = None,
     against: Annotated[str | None, typer.Option(help="Name of an earlier run to compare with.")] = None,
     pins: Annotated[
         str | None, typer.Option(help="Name of a collection of pins to show, as *Pins* in the app's sidebar has it.")
@@ -40,7 +41,16 @@ def report(
     dataset, run = open_run(root, name)
     earlier = None if against is None else open_run(root, against)[1]
     shown = [] if pins is None else _pins_of(pins, dataset)
-    made = run_report(run, dataset, protocol=protocol, against=earlier, pins=shown, title=title, author=author)
+    made = run_report(
+        run,
+        dataset,
+        protocol=protocol,
+        without=tuple(without or ()),
+        against=earlier,
+        pins=shown,
+        title=title,
+        author=author,
+    )
     pictures: list[bytes] = []
     try:
         with progress_bar("figures") as progress:

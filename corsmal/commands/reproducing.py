@@ -5,7 +5,18 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from corsmal.commands import PRESET_HELP, DetectFirst, FeatureFolder, Root, progress_bar, say, shape_preset
+from corsmal.commands import (
+    PRESET_HELP,
+    DetectFirst,
+    FeatureFolder,
+    MatchViews,
+    Offsets,
+    Root,
+    progress_bar,
+    say,
+    shape_preset,
+    view_matching,
+)
 from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine
 from corsmal.quantities import duration_text
 
@@ -34,6 +45,8 @@ def reproduce(
     networks: Annotated[Literal["paper", "tuned"], typer.Option(help="Preset of both networks.")] = "paper",
     features: FeatureFolder = None,
     detector: DetectFirst = None,
+    match: MatchViews = None,
+    offset: Offsets = None,
     quick: Annotated[bool, typer.Option("--quick", help="Train for a few epochs only, for a first look.")] = False,
     plan: Annotated[bool, typer.Option("--plan", help="Print the steps with their estimated times and stop.")] = False,
     engine: EngineName = "local",
@@ -60,6 +73,7 @@ def reproduce(
         features=None if features is None else features.resolve(),
         detector=None if detector is None else find_detector(detector),
         is_quick=quick,
+        matching=view_matching(match, offset),
     )
     dataset, tests = open_dataset(root), test or []
     _say_plan(planned(dataset, settings, [open_dataset(folder) for folder in tests]))

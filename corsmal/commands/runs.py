@@ -3,11 +3,23 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from corsmal.commands import PRESET_HELP, DetectFirst, FeatureFolder, Ids, Root, complain, say, shape_preset
+from corsmal.commands import (
+    PRESET_HELP,
+    DetectFirst,
+    FeatureFolder,
+    Ids,
+    MatchViews,
+    Offsets,
+    Root,
+    complain,
+    say,
+    shape_preset,
+    view_matching,
+)
 from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, resumable_progress
 from corsmal.errors import CorsmalError, NotFoundError
 
@@ -50,13 +62,8 @@ def estimate(
     mass: Annotated[Path | None, _weights_option("mass")] = None,
     features: FeatureFolder = None,
     detector: DetectFirst = None,
-    match: Annotated[
-        Literal["time", "index"], typer.Option(help="Match the views' frames by their time stamps, or by number.")
-    ] = "time",
-    offset: Annotated[
-        list[str] | None,
-        typer.Option(metavar="VIEW=SECONDS", help="How much later a view was filmed than its file says. Repeatable."),
-    ] = None,
+    match: MatchViews = None,
+    offset: Offsets = None,
     engine: EngineName = "local",
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -66,7 +73,6 @@ def estimate(
     The estimates are kept as a run, which the app shows too. An interrupted run resumes.
     """
     from corsmal.dataset import open_dataset
-    from corsmal.dataset.clock import Matching
     from corsmal.estimation import TrainingMeans
     from corsmal.evaluation import write_estimates
     from corsmal.runs import load_run, make_run
@@ -74,11 +80,11 @@ def estimate(
     from corsmal.store import Store
 
     chosen_shape = shape_preset(preset or "paper")
-    dataset, store = open_dataset(root).matched(Matching(match, _offsets(offset or []))), Store()
+    dataset, store = open_dataset(root), Store()
     is_kept = _is_writable(store)
     earlier = None if name is None else load_run(name, dataset=dataset.root, store=store)
-    options = (ids or None, preset, wall, means, filling, mass, features, detector)
-    if earlier is not None and all(option is None for option in options):
+    options = (ids, preset, wall, means, filling, mass, features, detector, match, offset)
+    if earlier is not None and all(option in (None, []) for option in options):
         settings, wanted = earlier.settings, earlier.recordings
     else:
         settings = default_settings(
@@ -89,6 +95,7 @@ def estimate(
             mass=mass,
             features=features,
             detector=None if detector is None else find_detector(detector),
+            matching=view_matching(match, offset),
         )
         wanted = tuple(ids or dataset.ids)
     note = left_out_note(dataset, settings)
@@ -207,18 +214,6 @@ def open_run(root: Path, name: str) -> "tuple[Dataset, Run]":
         names = [found.name for found in runs.list_runs(store=store, dataset=dataset.root)]
         raise NotFoundError(f"there is no run {name!r} on {dataset.root}; runs: {', '.join(names) or 'none'}")
     return dataset, run
-
-
-def _offsets(options: list[str]) -> tuple[tuple[str, float], ...]:
-    """Offsets in seconds by view, as they were typed."""
-    offsets = []
-    for option in options:
-        view, _, seconds = option.partition("=")
-        try:
-            offsets.append((view.strip(), float(seconds)))
-        except ValueError:
-            raise typer.BadParameter(f"{option!r} is not like view1=0.4", param_hint="--offset") from None
-    return tuple(offsets)
 
 
 def _is_writable(store: "Store") -> bool:

@@ -1,17 +1,18 @@
 """Where a dataset's annotation lies: in its folder, in a folder ``annotations``, or beside the folder."""
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 from corsmal.dataset.annotation_file import Annotations, read_annotation_file
-from corsmal.dataset.findings import Finding
+from corsmal.dataset.findings import Finding, Severity
 from corsmal.dataset.places import listing, shown_path
 from corsmal.errors import FileError
 
 _ANNOTATION = re.compile(r".*annotation.*\.(json|csv|tsv|txt)", re.IGNORECASE)
 _SPREADSHEET = re.compile(r".*annotation.*\.(xlsx?|ods|numbers)", re.IGNORECASE)
+_TABLES = (".json", ".csv", ".tsv", ".xlsx", ".xls", ".ods")
 _FOLDERS = ("annotation", "annotations")
 _SETS = {"train", "training", "test", "public", "private", "pub", "pri", "val", "validation", "demo"}
 """Words by which a name says of which set a file or folder is."""
@@ -54,8 +55,11 @@ def find_annotations(root: Path, names: Iterable[str], *, ids: Collection[str]) 
         names: of its files.
         ids: of the recordings that have files: what lies beside the folder is only used if it has one of them.
     """
+    names = list(names)
     found = read_annotations(root, names)
-    if found.by_id or found.by_container or any(finding.severity == "error" for finding in found.findings):
+    is_found = bool(found.by_id or found.by_container)
+    found = replace(found, findings=(*found.findings, *_other_tables(names, "note" if is_found else "warning")))
+    if is_found or any(finding.severity == "error" for finding in found.findings):
         return found
     for place in (*(root / name for name in _FOLDERS), root.parent, *(root.parent / name for name in _FOLDERS)):
         is_beside = not place.is_relative_to(root)
@@ -63,10 +67,19 @@ def find_annotations(root: Path, names: Iterable[str], *, ids: Collection[str]) 
         other = _read_elsewhere(place, inside, root=root, ids=ids) if candidates(inside) else None
         if other is not None:
             return replace(other, findings=(*found.findings, *other.findings))
-    if not found.findings:
+    if all(finding.kind == "unused" for finding in found.findings):
         what = f"no annotation was found: {root} holds no file like ccm_train_annotation.json or .csv"
-        return Annotations({}, (Finding("note", "missing", what),))
+        return replace(found, findings=(Finding("note", "missing", what), *found.findings))
     return found
+
+
+def _other_tables(names: Iterable[str], severity: Severity) -> Iterator[Finding]:
+    """Tables in a set's folder that no name tells to be its annotation."""
+    for name in names:
+        is_named = _ANNOTATION.fullmatch(name) or _SPREADSHEET.fullmatch(name)
+        if Path(name).suffix.lower() in _TABLES and not is_named:
+            advice = "rename it to ccm_train_annotation.json or .csv if it is the annotation"
+            yield Finding(severity, "unused", "is not used", file=name, advice=advice)
 
 
 def candidates(names: Iterable[str]) -> list[str]:

@@ -1,7 +1,7 @@
 """The frame clock: when each frame of a recording's views is shown, and which frames are shown together."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeVar, get_args
@@ -26,7 +26,7 @@ START_MAX_S = 0.1
 LENGTH_MAX_S = 0.1
 """Ends that differ by no more are not worth a sentence."""
 
-OFFSET_MAX_S = 600.0
+OFFSET_MAX_S, OFFSET_DIGITS = 600.0, 4
 CLOCKS_KEPT = 64
 TIE_S = 1e-6
 
@@ -40,10 +40,10 @@ class Matching:
 
     Args:
         by: ``time``, which follows the files' time stamps where they differ, or ``index``.
-        offsets_s: by view, how much later than its file says it was filmed, seconds.
+        offsets_s: by view, how much later than its file says it was filmed, seconds; for ``time`` only.
 
     Raises:
-        ArgumentError: there is no such way, no such view, or an offset is out of range.
+        ArgumentError: there is no such way, no such view, a view is named twice, or an offset is out of range.
     """
 
     by: Match = "time"
@@ -55,6 +55,30 @@ class Matching:
             check_choice("offsets_s", view, (*METHOD_VIEWS, "view4"))
             if not -OFFSET_MAX_S <= offset_s <= OFFSET_MAX_S:
                 raise ArgumentError(f"offsets_s must lie within {OFFSET_MAX_S:g} s, got {offset_s}")
+        if len(dict(self.offsets_s)) != len(self.offsets_s):
+            raise ArgumentError(f"offsets_s must name each view once, got {self.offsets_s}")
+        if self.offsets_s and self.by == "index":
+            raise ArgumentError("offsets_s must be empty where frames are matched by index: they are seconds")
+
+    def __str__(self) -> str:
+        """For people, such as ``by time, view1 +0.4 s``."""
+        offsets = [f"{view} {offset_s:+.4g} s".replace("-", "−") for view, offset_s in self.offsets_s]
+        return ", ".join([f"by {'time' if self.by == 'time' else 'frame number'}", *offsets])
+
+
+@dataclass(frozen=True)
+class ViewFrames:
+    """What a view's file says of its frames.
+
+    Args:
+        count: how many there are.
+        fps: per second, 0 where the file does not say.
+        start_s: when the first one is shown.
+    """
+
+    count: int
+    fps: float
+    start_s: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +93,7 @@ class FrameClock:
             −1 where none is; other views have the recording's numbers.
         nearest: likewise the nearest in time, which is never −1.
         notes: sentences on frame counts, rates and starts that differ.
+        views: by view whose video can be read, what its file says.
     """
 
     times_s: Times
@@ -77,6 +102,7 @@ class FrameClock:
     frames: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
     nearest: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    views: Mapping[str, ViewFrames] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.times_s)
@@ -105,12 +131,16 @@ def recording_clock(views: "Mapping[str, View]", matching: Matching) -> FrameClo
 
 @lru_cache(maxsize=CLOCKS_KEPT)
 def _clock(paths: tuple[tuple[str, Path], ...], _prints: tuple[str, ...], matching: Matching) -> FrameClock:
+    notes: tuple[str, ...] = ()
     times = _all_times(dict(paths), exactly=False)
-    if _are_steady(times, matching) and _have_one_length(times):
-        return _plain(times, ())
-    times = _all_times(dict(paths), exactly=True)
-    notes, is_steady = _differences(times, matching), _are_steady(times, matching)
-    return _plain(times, notes) if is_steady or matching.by == "index" else _by_time(times, matching, notes)
+    is_steady = _are_steady(times, matching)
+    if not (is_steady and _have_one_length(times)):
+        times = _all_times(dict(paths), exactly=True)
+        notes, is_steady = _differences(times, matching), _are_steady(times, matching)
+    is_plain = is_steady or matching.by == "index"
+    found = _plain(times, notes) if is_plain else _by_time(times, matching, notes)
+    views = {name: ViewFrames(len(each), rate(each), float(each[0])) for name, each in times.items()}
+    return replace(found, views=views)
 
 
 def _plain(times: Mapping[str, Times], notes: tuple[str, ...]) -> FrameClock:
@@ -191,11 +221,9 @@ def _differences(times: Mapping[str, Times], matching: Matching) -> tuple[str, .
         start = f" from {start_s:.2f} s on" if abs(start_s) > START_MAX_S else ""
         speed = f"at {rate(each):.4g} fps" if rate(each) else "without time stamps"
         parts.append(f"{name} has {len(each)} frames {speed}{start}")
-    is_by_time = matching.by == "time"
-    how = "frames are matched by time" if is_by_time else "frames are matched by number"
-    if is_steady:
-        how = "by their time stamps all begin together"
-    return (Note(f"{', '.join(parts)}: {how}", flag="views-by-time" if is_by_time else "views-by-index"),)
+    how = "by their time stamps all begin together" if is_steady else f"frames are matched {matching}"
+    flag = "views-by-time" if matching.by == "time" else "views-by-index"
+    return (Note(f"{', '.join(parts)}: {how}", flag=flag),)
 
 
 def _all_times(paths: Mapping[str, Path], *, exactly: bool) -> dict[str, Times]:

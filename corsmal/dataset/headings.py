@@ -14,7 +14,7 @@ IDS = ("recording_id", "id", "configuration_id", "recording", "config_id")
 
 def heading_key(text: object) -> str:
     """A heading without what programs change about it: case, spaces, underscores, hyphens, points."""
-    return re.sub(r"[\W_]+", " ", str(text).casefold()).strip()
+    return re.sub(r"[\W_]+", "", str(text).casefold())
 
 
 @dataclass(frozen=True)

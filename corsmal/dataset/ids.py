@@ -12,6 +12,9 @@ DIGITS = 6
 """Numbers are written with at least that many digits, as the published sets write them."""
 
 _NUMBER = re.compile(r"([0-9]+)(?:[.,]0*)?")
+_SCIENTIFIC = re.compile(r"[0-9](?:[.,][0-9]{1,15})?[eE]\+[0-9]{1,2}")
+"""What spreadsheets make of a number in a narrow column."""
+
 _QUOTED = re.compile(r"=\"([^\"]*)\"|'(.*)")
 """What spreadsheets write around a number that shall keep its zeros."""
 
@@ -21,8 +24,9 @@ _FILE = re.compile(r"(?:.*[/\\])?([^/\\]+)\.(?:mp4|m4v|mov|avi|mkv|webm|wav|flac
 def recording_id(value: object) -> str | None:
     """The id of a recording, or None for what can be none.
 
-    A number has six digits, however it was written: 618, 618.0, ``"618"``, ``"0618"``, ``"618,0"`` and ``618.mp4`` are
-    ``"000618"``. Any other id is letters, digits, ``_`` and ``-``, not beginning with ``-``, and stays as it is.
+    A number has six digits, however it was written: 618, 618.0, ``"618"``, ``"0618"``, ``"618,0"``, ``"6.18E+02"`` and
+    ``618.mp4`` are ``"000618"``. Any other id is letters, digits, ``_`` and ``-``, not beginning with ``-``, and stays
+    as it is.
     """
     if isinstance(value, np.generic):
         value = value.item()
@@ -37,6 +41,8 @@ def recording_id(value: object) -> str | None:
         text = (quoted[1] or quoted[2] or "").strip()
     if file := _FILE.fullmatch(text):
         text = file[1].strip()
+    if _SCIENTIFIC.fullmatch(text) and (value := float(text.replace(",", "."))).is_integer():
+        text = str(int(value))
     if number := _NUMBER.fullmatch(text):
         text = number[1].lstrip("0").zfill(DIGITS)
     return text if ID_PATTERN.fullmatch(text) and not text.startswith("-") else None

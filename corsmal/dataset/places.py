@@ -18,10 +18,14 @@ DETECTIONS_ENDINGS = (".json",)
 """Endings of the files that are read, in the order in which one is preferred."""
 
 _COPY = re.compile(
-    r"(.+?)(?: ?\(\d+\)| - (?:copy|kopie|copie|copia)(?: ?\(\d+\))?| copy(?: \d+)?)|(\d+)(?: \d+|[_-]copy\d*)",
+    r"(.+?)(?: ?\(\d+\)| [-\u2013] (?:copy|kopie|copie|copia)(?: ?\(\d+\))?| copy(?: \d+)?)|(\d+)(?: \d+|[_-]copy\d*)"
+    r"|(?:copy of|kopie von) (.+)",
     re.IGNORECASE,
 )
 """What browsers and file managers call another copy of a file."""
+
+_WORD = re.compile(r"(?:view|camera|cam|c)\d|rgb|colou?r|video|audio|sound|calib(?:ration)?|detections?", re.IGNORECASE)
+"""What stands beside the number in a file's name where people collect the files of all views in one folder."""
 
 _OF_SYSTEMS = {"thumbs.db", "desktop.ini"}
 
@@ -127,7 +131,7 @@ def files_by_id(inside: Listing, endings: Sequence[str], *, root: Path) -> Found
             advice = f"rename it to {original}{ending} if it is the one to use"
             findings.append(Finding("warning", "unused", what, f"{folder}/{name}", original, advice))
         elif (why := reason_against(stem, ending.lower(), endings)) is None:
-            of_id.setdefault(str(recording_id(stem)), []).append(name)
+            of_id.setdefault(str(_file_id(stem)), []).append(name)
         else:
             findings.append(
                 Finding("warning", "unused", f"{why[0]} and is not used", f"{folder}/{name}", advice=why[1])
@@ -154,7 +158,7 @@ def file_of(folder: Path, recording: str, ending: str) -> Path:
     if path.is_file():
         return path
     others = (folder / name for name in listing(folder).files if name.lower().endswith(ending))
-    return next((other for other in others if recording_id(other.stem) == recording), path)
+    return next((other for other in others if _file_id(other.stem) == recording), path)
 
 
 def shown_path(path: Path, root: Path) -> str:
@@ -176,7 +180,7 @@ def reason_against(stem: str, ending: str, endings: Sequence[str]) -> tuple[str,
     if ending not in endings:
         known = (reason for others, reason in _REASONS.items() if ending in others)
         return next(known, (f"is none of the files that belong here ({', '.join(endings[:4])})", ""))
-    if recording_id(stem) is None:
+    if _file_id(stem) is None:
         return "has no name that can be a recording's id", "use letters, digits, _ and -, such as 000618"
     return None
 
@@ -184,7 +188,15 @@ def reason_against(stem: str, ending: str, endings: Sequence[str]) -> tuple[str,
 def _original(stem: str) -> str | None:
     """The id of the recording whose copy a file is named like; None where it is not."""
     copy = _COPY.fullmatch(stem.strip())
-    return None if copy is None else recording_id(copy[1] or copy[2])
+    return None if copy is None else _file_id(copy[1] or copy[2] or copy[3])
+
+
+def _file_id(stem: str) -> str | None:
+    """The id of the recording that a file is of: its name, or the number in a name such as ``view1_000003_rgb``."""
+    words = re.split(r"[ _-]+", stem.strip())
+    others = [word for word in words if not _WORD.fullmatch(word)]
+    is_number = len(others) == 1 and others[0].isascii() and others[0].isdecimal()
+    return recording_id(others[0] if is_number else stem)
 
 
 def _rank(name: str, recording: str, endings: Sequence[str]) -> tuple[bool, int, bool, str]:

@@ -60,8 +60,9 @@ class Video:
 
     Opening lists the time stamps of the packets without decoding any. A frame is then found by its time stamp: from
     the last key frame at or before it, or by decoding on when that is nearer. Frames count from 0 in the order in which
-    they are shown, and are turned as the file says, as in OpenCV and ffmpeg. One instance may be used by several
-    threads.
+    they are shown, and are turned as the file says, as in OpenCV and ffmpeg. An AVI file says only in which order its
+    packets are decoded: where that is not the order in which they are shown, frames are counted as they come out of the
+    decoder. One instance may be used by several threads.
 
     Args:
         path: an MP4 file, or one of the other forms of ``video_file.FORMATS``.
@@ -88,6 +89,7 @@ class Video:
             self.size = shown_size(self._stream, self._turn)
             self.codec = str(self._stream.codec_context.name)
             self.fps = float(self._stream.average_rate or self._stream.guessed_rate or 0)
+            self._is_counted = self._container.format.name == "avi" and self._stream.codec_context.has_b_frames
             self._index = FrameIndex(until_damage(self._container.demux(self._stream)))
             self._times = self._index.times
             if not self._times:
@@ -182,6 +184,9 @@ class Video:
 
     def _number(self, frame: av.VideoFrame) -> int:
         """The index of a decoded frame, −1 where it has none; of frames with one time stamp each is the next."""
+        if self._is_counted:
+            self._last = max(self._last + 1, self._whole_from)
+            return self._last
         stamp = frame.pts if frame.pts is not None else frame.dts
         found = -1 if stamp is None else self._index.number_of.get(stamp, -1)
         if found < 0:
@@ -225,9 +230,10 @@ class Video:
         self._kept.clear()
 
     def _decode(self, packets: Iterator[av.Packet]) -> Iterator[av.VideoFrame]:
-        """All frames that come out of the packets, past those that are damaged."""
+        """All frames that come out of the packets, past those that are damaged unless frames are counted."""
         for packet in chain(until_damage(packets), [None]):
             try:
                 yield from self._stream.codec_context.decode(packet)
             except av.FFmpegError:
-                continue
+                if self._is_counted:
+                    return

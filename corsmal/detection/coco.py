@@ -8,6 +8,7 @@ from typing import Any
 
 from corsmal.detection.coco_classes import class_text, no_container_hint
 from corsmal.detection.coco_entry import CocoEntry, parse_entry
+from corsmal.detection.coco_foreign import corner_boxes, with_corners
 from corsmal.detection.coco_forms import as_results
 from corsmal.detection.coco_results import Results
 from corsmal.detection.polygons import Outlines
@@ -50,6 +51,9 @@ def read_coco_results(path: str | Path, *, size: Size, frame_count: int | None =
     path, size = Path(path), checked_size(size)
     results = _read(path, size, frame_count)
     by_frame, skipped, outlines = _parsed(results.entries, size, frame_count)
+    if corner_boxes(by_frame, size):
+        results.note("boxes were written as two corners, as the masks say")
+        by_frame = {frame: [with_corners(entry) for entry in entries] for frame, entries in by_frame.items()}
     problems = [f"{count} {_entries(count)} skipped: {reason}" for reason, count in skipped.items()]
     if results.entries and skipped.total() == len(results.entries):
         raise FileError(path, f"no detection in it can be used ({'; '.join(problems)})")

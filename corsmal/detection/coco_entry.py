@@ -9,11 +9,13 @@ from corsmal.detection.polygons import Outlines
 from corsmal.detection.rle import Size, counts_from_rle, mask_box, numbers
 from corsmal.errors import ArgumentError
 
+Box = tuple[float, float, float, float]
+
 
 class CocoEntry(NamedTuple):
     """What an entry says; ``box`` is (x_min, y_min, x_max, y_max) in pixels."""
 
-    box: tuple[float, float, float, float]
+    box: Box
     score: float
     label: int
     counts: bytes
@@ -84,7 +86,7 @@ def format_entry(entry: CocoEntry, *, image_id: int, size: Size) -> dict[str, An
     }
 
 
-def _box(entry: Mapping[str, Any], counts: bytes, size: Size) -> tuple[float, float, float, float]:
+def _box(entry: Mapping[str, Any], counts: bytes, size: Size) -> Box:
     values = entry.get("bbox")
     if values is None:
         around_mask = mask_box(counts, size)

@@ -1,18 +1,18 @@
 """What programs write in COCO's name, in one form: a list of entries whose image_id is a frame.
 
 Ultralytics and Detectron2 write a list of results; CVAT, Label Studio, FiftyOne and Roboflow a dictionary of images,
-annotations and categories. They differ in how frames and classes are numbered. Where there is one sensible reading it
-is taken, and named in a note.
+annotations and categories. They differ in how frames and classes are numbered, and in what ``coco_foreign`` reads.
+Where there is one sensible reading it is taken, and named in a note.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from corsmal.detection.coco_classes import CLASS_NAMES, CONSECUTIVE, class_number, class_text
+from corsmal.detection.coco_foreign import entries_of, flatten_outlines, read_scores, rename_keys
 from corsmal.detection.coco_frames import number_frames, place_images
 from corsmal.detection.coco_results import Results, whole
 from corsmal.detection.rle import Size
-from corsmal.errors import ArgumentError
 
 CUP = 47
 """What the only class of a file is taken for when its name says nothing."""
@@ -22,22 +22,17 @@ def as_results(content: object, *, size: Size, frame_count: int | None) -> Resul
     """The content of a file of detections as a list of entries.
 
     Args:
-        content: a list of results, or a dictionary with ``annotations`` and, where there are any, ``images`` and
-            ``categories``.
+        content: a list of results, one list per frame, or a dictionary with ``annotations`` and, where there are any,
+            ``images`` and ``categories``.
         size: (H, W) of the view's images in pixels.
         frame_count: frames of the video, where known: numbers from 1 to it are counted from 1.
 
     Raises:
         ArgumentError: it is neither, or its pictures cannot be told for frames.
     """
-    annotations = content.get("annotations") if isinstance(content, dict) else content
-    if not isinstance(annotations, list):
-        raise ArgumentError(
-            f"is not a list of COCO results entries but a JSON {type(content).__name__} without 'annotations'"
-            if isinstance(content, dict)
-            else f"is not a list of COCO results entries but a JSON {type(content).__name__}"
-        )
-    results = Results(list(annotations))
+    results = entries_of(content)
+    rename_keys(results)
+    flatten_outlines(results, size)
     images = content.get("images") if isinstance(content, dict) else None
     if isinstance(images, list) and images:
         place_images(results, images, size, frame_count)
@@ -46,7 +41,7 @@ def as_results(content: object, *, size: Size, frame_count: int | None) -> Resul
     categories = content.get("categories") if isinstance(content, dict) else None
     names = _category_names(categories) if isinstance(categories, list) else {}
     _number_classes(results, names)
-    _score(results)
+    read_scores(results)
     return results
 
 
@@ -61,7 +56,7 @@ def _number_classes(results: Results, names: Mapping[int, str]) -> None:
     used = {number for value in values if (number := whole(value)) is not None}
     if names:
         meanings = _by_name(used, names, results)
-    elif 0 in used and max(used) < len(CONSECUTIVE):
+    elif used and min(used) == 0 and max(used) < len(CONSECUTIVE):
         meanings = {number: CONSECUTIVE[number] for number in used}
         results.note("classes are counted from 0 without gaps, as YOLO's are, and were read as COCO's")
     elif not any(whole(value) is not None or isinstance(value, str) for value in values if type(value) is not int):
@@ -97,15 +92,3 @@ def _by_name(used: set[int], names: Mapping[int, str], results: Results) -> dict
         ]
         results.note(f"classes were read by name: {', '.join(shown[:5])}")
     return meanings
-
-
-def _score(results: Results) -> None:
-    """Give a score of 1 where a file of ground truth has none at all."""
-    if not results.entries or any(
-        entry.get("score") is not None for entry in results.entries if isinstance(entry, dict)
-    ):
-        return
-    for place, entry in results.mappings():
-        results.entries[place] = {**entry, "score": 1.0}
-    if any(isinstance(entry, dict) for entry in results.entries):
-        results.note("there are no scores: the file was read as ground truth, each with a score of 1")

@@ -1,17 +1,22 @@
 """The frames of entries: how other programs name and number the pictures that they were drawn in."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
+from corsmal.detection.coco_foreign import scaled
 from corsmal.detection.coco_results import Results, whole
 from corsmal.detection.rle import Size
 from corsmal.errors import ArgumentError
 
 _WRAPPED = re.compile(r"[-_.](jpe?g|png|bmp|webp)\.rf\.\w+$", re.IGNORECASE)
 """Roboflow's addition to the name of a picture."""
+
+
+_PICTURE_SIZE = re.compile(r"(?<![0-9])[0-9]{2,5}x[0-9]{2,5}(?![0-9])")
+"""Such as 1280x720."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,7 @@ def place_images(results: Results, images: Sequence[Any], size: Size, frame_coun
     numbers, origin = _picture_numbers(known, frame_count)
     first = _first_frame(numbers, frame_count, results)
     by_id = {
-        str(image["id"]): _Image(number - first, _scale(image, size))
+        str(image["id"]): _Image(number - first, (1.0, 1.0) if results.is_relative else _scale(image, size))
         for image, number in zip(known, numbers, strict=True)
     }
     results.note(f"a dictionary of {len(known)} images: the {origin} was read as the frame")
@@ -62,16 +67,16 @@ def place_images(results: Results, images: Sequence[Any], size: Size, frame_coun
         if image is None:
             results.entries[place] = {**entry, "image_id": "an image that is not listed"}
         else:
-            results.entries[place] = _scaled(entry, image.scale) | {"image_id": image.frame}
+            results.entries[place] = scaled(entry, image.scale) | {"image_id": image.frame}
 
 
 def _picture_numbers(images: Sequence[Mapping[str, Any]], frame_count: int | None) -> tuple[list[int], str]:
     """A number for each picture, and where it comes from: its file's name, else its id."""
     names = [_file_name(image) for image in images]
-    candidates = (
-        ([None if name is None else _last_number(name) for name in names], "last number of a picture's name"),
-        ([whole(image["id"]) for image in images], "id of a picture"),
-    )
+    given = ([_given_number(image) for image in images], "number that a picture has as its frame")
+    by_id = ([whole(image["id"]) for image in images], "id of a picture")
+    by_name = [(numbers, f"{place} of a picture's name") for numbers, place in _numbers_by_place(names)]
+    candidates = (given, *by_name, by_id)
     for numbers, origin in candidates:
         found = [number for number in numbers if number is not None]
         is_unique = len(found) == len(set(found)) == len(images)
@@ -79,9 +84,21 @@ def _picture_numbers(images: Sequence[Mapping[str, Any]], frame_count: int | Non
             return found, origin
     limit = "" if frame_count is None else f" up to {frame_count - 1}"
     raise ArgumentError(
-        "names its images in a way that gives no frames: neither the last number of each file_name nor each id is a "
-        f"number of its own{limit}"
+        "names its images in a way that gives no frames: neither a number of each file_name nor each id is a number "
+        f"of its own{limit}"
     )
+
+
+def _given_number(image: Mapping[str, Any]) -> int | None:
+    return next((whole(image[key]) for key in ("frame", "frame_id", "frame_number") if key in image), None)
+
+
+def _numbers_by_place(names: Sequence[str | None]) -> Iterator[tuple[list[int | None], str]]:
+    """The numbers in the names of pictures, the last ones first, and what they are called."""
+    found = [[] if name is None else _numbers(name) for name in names]
+    for place in range(1, max(map(len, found), default=0) + 1):
+        what = "last number" if place == 1 else f"number {place} from the end"
+        yield [numbers[-place] if len(numbers) >= place else None for numbers in found], what
 
 
 def _file_name(image: Mapping[str, Any]) -> str | None:
@@ -91,10 +108,14 @@ def _file_name(image: Mapping[str, Any]) -> str | None:
 
 
 def _last_number(name: str) -> int | None:
+    return next(reversed(_numbers(name)), None)
+
+
+def _numbers(name: str) -> list[int]:
+    """The numbers in the name of a picture, without those that say how large it is."""
     stem = PurePosixPath(name.replace("\\", "/")).name
     stem = _WRAPPED.sub("", re.sub(r"\.(jpe?g|png|bmp|webp|tiff?)$", "", stem, flags=re.IGNORECASE))
-    found = re.findall(r"[0-9]{1,9}", stem)
-    return int(found[-1]) if found else None
+    return [int(number) for number in re.findall(r"[0-9]{1,9}", _PICTURE_SIZE.sub("", stem))]
 
 
 def _first_frame(numbers: Iterable[int], frame_count: int | None, results: Results) -> int:
@@ -109,23 +130,3 @@ def _first_frame(numbers: Iterable[int], frame_count: int | None, results: Resul
 def _scale(image: Mapping[str, Any], size: Size) -> tuple[float, float]:
     width, height = (whole(image.get(name)) or 0 for name in ("width", "height"))
     return (size[1] / width, size[0] / height) if width > 0 and height > 0 else (1.0, 1.0)
-
-
-def _scaled(entry: dict[str, Any], scale: tuple[float, float]) -> dict[str, Any]:
-    """The entry with its polygons and its box scaled; run lengths are for one size and stay."""
-    if scale == (1.0, 1.0):
-        return dict(entry)
-    result = dict(entry)
-    polygons, box = entry.get("segmentation"), entry.get("bbox")
-    if isinstance(polygons, list):
-        result["segmentation"] = [_times(part, scale) if isinstance(part, list) else part for part in polygons]
-    if isinstance(box, list):
-        result["bbox"] = _times(box, scale)
-    return result
-
-
-def _times(values: Sequence[Any], scale: tuple[float, float]) -> list[Any]:
-    return [
-        value * scale[place % 2] if type(value) in (int, float) and abs(value) < 1e9 else value
-        for place, value in enumerate(values)
-    ]

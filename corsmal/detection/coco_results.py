@@ -12,10 +12,17 @@ FLAG = "detections-interpreted"
 
 @dataclass
 class Results:
-    """Entries as of a COCO results file, as far as they could be put into that form, and how they were read."""
+    """Entries as of a COCO results file, as far as they could be put into that form, and how they were read.
+
+    Args:
+        entries: the entries.
+        notes: sentences on how they were read.
+        is_relative: whether their outlines were written as shares of the image's size.
+    """
 
     entries: list[Any]
     notes: list[str] = field(default_factory=list)
+    is_relative: bool = False
 
     def note(self, sentence: str) -> None:
         """Say how the file was read."""

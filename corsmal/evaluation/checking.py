@@ -18,10 +18,13 @@ from corsmal.quantities import MEASURED, QUANTITIES
 
 _TRUTHS = (*MEASURED, *CLASS_NAMES, "filling_density_g_per_ml", "filling_mass_g")
 _FILE_COLUMNS = {
-    "container id": "container_id",
-    **{quantity.submission_column.lower(): quantity.name for quantity in QUANTITIES},
-    "filling density": "filling_density_g_per_ml",
-    "filling mass": "filling_mass_g",
+    heading_key(shown): name
+    for shown, name in (
+        ("container id", "container_id"),
+        *((quantity.submission_column, quantity.name) for quantity in QUANTITIES),
+        ("filling density", "filling_density_g_per_ml"),
+        ("filling mass", "filling_mass_g"),
+    )
 }
 """The annotation file's names of what a dataset's table has too."""
 

@@ -61,12 +61,18 @@ def csv_text(text: str) -> str:
     return f"'{text}" if text[:1] in _FORMULA and text and not _NUMBER.fullmatch(text) else text
 
 
-def csv_file(table: pd.DataFrame) -> str:
-    """A table as the text of a CSV file without its index; texts and headings are those of ``csv_text``."""
+def csv_file(table: pd.DataFrame, *, absent: str = "") -> str:
+    """A table as the text of a CSV file without its index; texts and headings are those of ``csv_text``.
+
+    Args:
+        table: the table.
+        absent: what stands where a value is missing.
+    """
     columns = [table.iloc[:, number] for number in range(table.shape[1])]
     safe = {number: column if _is_numeric(column) else column.map(_safe) for number, column in enumerate(columns)}
     heads = [csv_text(str(name)) for name in table.columns]
-    return pd.DataFrame(safe, index=table.index).to_csv(index=False, header=heads, lineterminator="\n")
+    shown = pd.DataFrame(safe, index=table.index)
+    return shown.to_csv(index=False, header=heads, lineterminator="\n", na_rep=absent)
 
 
 def latex_text(text: str) -> str:

@@ -57,7 +57,8 @@ ESTIMATE_COLUMNS = (
 """The table's columns in order. Quantities are mL, mm and g; classes are numbered as in the annotation; ``type_p0`` to
 ``level_p2`` are probabilities; ``best_frame`` and ``pair`` say where the hull comes from, ``notes`` what went wrong
 or was assumed and ``flags`` the same for programs, see ``notes.FLAGS``;
-``execution_time_ms`` is how long the recording's own estimate took. −1, NaN or nothing: no estimate.
+``execution_time_ms`` is how long the recording's own estimate took. −1, NaN or nothing: no estimate; a CSV file has
+``NaN`` in the columns of measured numbers, which every program reads as a number that is not there.
 
 ``filling_weights`` and ``mass_weights`` are digests of the networks' weights, empty where no network was used;
 ``filling_held_out`` and ``mass_held_out`` say whether the network was trained without the recording, NA where that is
@@ -163,6 +164,14 @@ def write_estimates(estimates: pd.DataFrame, path: str | Path) -> None:
         write(table, part)
 
 
+def estimates_csv(estimates: pd.DataFrame) -> str:
+    """An estimates table as the text of a CSV file."""
+    table = estimates.copy()
+    for name in table.columns.drop(table.select_dtypes("float").columns):
+        table[name] = table[name].astype("object").where(table[name].notna(), "")
+    return csv_file(table, absent="NaN")
+
+
 def _typed(column: pd.Series, name: str) -> pd.Series:
     if name == ID_COLUMN:
         return column.map(lambda value: recording_id(value) or str(value)).astype("str")
@@ -186,7 +195,7 @@ def _write_json(table: pd.DataFrame, path: Path) -> None:
 
 _WRITERS: dict[str, Callable[[pd.DataFrame, Path], object]] = {
     ".json": _write_json,
-    ".csv": lambda table, path: path.write_text(csv_file(table), encoding="utf-8"),
+    ".csv": lambda table, path: path.write_text(estimates_csv(table), encoding="utf-8"),
     ".parquet": lambda table, path: table.to_parquet(path, index=False),
 }
 READ = (*_WRITERS, ".tsv", ".txt")

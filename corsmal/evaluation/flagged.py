@@ -13,6 +13,13 @@ ANY = "any"
 """Stands for all flags."""
 
 
+def flag_counts(estimates: pd.DataFrame) -> dict[str, int]:
+    """How many rows of an estimates table raise each flag, and ``any``; flags that no row raises are left out."""
+    raised = [set(str(text).split(SEPARATOR)) & set(FLAGS) for text in estimates.get("flags", ())]
+    counts = {ANY: sum(map(bool, raised)), **{flag: sum(flag in each for each in raised) for flag in FLAGS}}
+    return {flag: count for flag, count in counts.items() if count}
+
+
 def without_flagged(estimates: pd.DataFrame, flags: Collection[str]) -> tuple[pd.DataFrame, str]:
     """Leave out the rows of an estimates table that raise certain flags.
 

@@ -93,7 +93,8 @@ def attribute_run(
     predictors = run.settings.open()
     if any(run.digests[name] != found for name, found in predictors.digests.items()):
         raise ArgumentError("the networks' weights changed since the run was made: make a new run")
-    recordings = [dataset[row["recording_id"]] for row in run.rows if row["recording_id"] in dataset]
+    matched = dataset.matched(run.settings.matching)
+    recordings = [matched[row["recording_id"]] for row in run.rows if row["recording_id"] in dataset]
     stages = known_stages(recordings)
     task = AttributionTask(store.root.resolve(), run.settings, stages, predictors.key)
     result = _rows_by_stage(task, recordings, engine=engine, progress=progress, cancelled=cancelled)

@@ -45,6 +45,7 @@ def _made_with(run: Run) -> dict[str, str]:
         },
         **{f"{name} network": (run.digests[name] or "none")[-8:] for name in ("filling", "mass")},
         "detector": "none" if detector is None else f"{(run.digests['detector'] or '')[:24]}, step {detector.every}",
+        "views matched": str(settings.matching),
         "features": "sound" if settings.features is None else str(settings.features),
         "training means": "none"
         if settings.means is None

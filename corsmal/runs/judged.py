@@ -8,6 +8,7 @@ import pandas as pd
 
 from corsmal.dataset import Dataset
 from corsmal.evaluation import cell_table, error_table, find_split
+from corsmal.evaluation.flagged import without_flagged
 from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.splits import FoundSplit
 from corsmal.evaluation.summary import Headline, summary
@@ -25,16 +26,30 @@ class JudgedRun:
         run: the run.
         dataset: has the annotation.
         protocol: which numbers of networks count.
+        without: rows that raise one of these flags are left out, see ``without_flagged``.
     """
 
     run: Run
     dataset: Dataset
     protocol: Protocol
+    without: tuple[str, ...] = ()
+
+    @cached_property
+    def _left(self) -> tuple[pd.DataFrame, str]:
+        return without_flagged(self.run.table, self.without)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The run's estimates without the rows that are left out."""
+        return self._left[0]
 
     @cached_property
     def errors(self) -> pd.DataFrame:
-        """The error table."""
-        return error_table(self.run.table, self.dataset.table, protocol=self.protocol)
+        """The error table; its notes say which rows are left out."""
+        table, left_out = self._left
+        errors = error_table(table, self.dataset.table, protocol=self.protocol)
+        errors.attrs["notes"] = (*([left_out] if left_out else []), *errors.attrs["notes"])
+        return errors
 
     @cached_property
     def cells(self) -> pd.DataFrame:
@@ -44,7 +59,7 @@ class JudgedRun:
     @cached_property
     def headlines(self) -> tuple[Headline, ...]:
         """The run in a few numbers."""
-        return summary(self.errors, self.cells, estimates=self.run.table, annotation=self.dataset.table)
+        return summary(self.errors, self.cells, estimates=self.table, annotation=self.dataset.table)
 
     @cached_property
     def is_synthetic(self) -> bool | None:

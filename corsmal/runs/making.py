@@ -60,7 +60,8 @@ def make_run(
         NotFoundError: the dataset lacks a recording.
         CorsmalError: the engine failed, such as a cluster that does not answer.
     """
-    named = [dataset[each] for each in (dataset.ids if recordings is None else recordings)]
+    matched = dataset.matched(settings.matching)
+    named = [matched[each] for each in (dataset.ids if recordings is None else recordings)]
     wanted = list({recording.id: recording for recording in named}.values())
     if not wanted:
         raise ArgumentError("recordings must name at least one: there is nothing to estimate")

@@ -41,6 +41,7 @@ def run_report(
     dataset: Dataset,
     *,
     protocol: Protocol = "held-out",
+    without: tuple[str, ...] = (),
     against: Run | None = None,
     pins: Sequence[Pin] = (),
     title: str = "",
@@ -53,6 +54,7 @@ def run_report(
         run: what is reported.
         dataset: that it was made on.
         protocol: which numbers of networks count.
+        without: rows that raise one of these flags are left out, here and of the earlier run.
         against: an earlier run on the same recordings, to compare with.
         pins: views to show, in order.
         title: default: the run's and the dataset's name.
@@ -62,7 +64,7 @@ def run_report(
     Raises:
         ArgumentError: the run has no recording with a truth and a known container, or the protocol is unknown.
     """
-    judged = JudgedRun(run, dataset, protocol)
+    judged = JudgedRun(run, dataset, protocol, without)
     sections = [
         _summary(judged),
         _table_2(judged),
@@ -71,7 +73,7 @@ def run_report(
         *([] if against is None else [_comparison(judged, against)]),
         *([Section("Pinned views", [Pinned(pin) for pin in pins], starts_page=True)] if pins else []),
         _recordings(judged),
-        appendix(run, dataset, protocol=protocol, against=against),
+        appendix(judged, against=against),
     ]
     return Report(
         title=title or f"Containers and fillings estimated: run {run.name} on {dataset.name}",
@@ -118,7 +120,7 @@ def _errors(judged: JudgedRun) -> Section:
 def _challenge(judged: JudgedRun) -> Section:
     """The leaderboard where the recordings are the teams' own, else the scores apart from it."""
     found = judged.split
-    submission = submission_table(judged.run.table)
+    submission = submission_table(judged.table)
     scores = challenge_scores(judged.dataset.table, submission, split=found.split, absent="skip", errors=judged.errors)
     if found.split in ("public", "private") and scores.attrs["is_whole"]:
         table = leaderboard_with(scores, split=found.split, name=f"{judged.run.name} (this run)")

@@ -12,10 +12,10 @@ from corsmal.dataset import Dataset
 from corsmal.dataset.annotation_file import listed
 from corsmal.evaluation.exporting import heading
 from corsmal.evaluation.metrics import CLASS_NAMES
-from corsmal.evaluation.protocols import Protocol
 from corsmal.figures.report import Block, Commands, Section, Table, Text
 from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
 from corsmal.quantities import BY_NAME, CLASSES, MEASURED
+from corsmal.runs.judged import JudgedRun
 from corsmal.runs.run import OWN, Run
 from corsmal.weights import WeightsFile
 
@@ -88,13 +88,14 @@ def _number_text(value: float, error_percent: float) -> str:
     return f"{value:,.0f} ({error})".replace("-", "−").replace(" ", NO_BREAK)
 
 
-def appendix(run: Run, dataset: Dataset, *, protocol: Protocol, against: Run | None) -> Section:
+def appendix(judged: JudgedRun, *, against: Run | None) -> Section:
     """All parameters, digests and commands."""
+    run = judged.run
     own = {"This run": run.settings.shape}
     others = {} if against is None else {f"run {against.name}": against.settings.shape}
     blocks: list[Block] = [
         Text(["These commands make the numbers again; the dataset's folder is given here by its name only:"]),
-        Commands(commands(run, dataset, protocol=protocol, against=against)),
+        Commands(commands(judged, against=against)),
         Table(parameters_table(own | others), "Parameters of the fit"),
         Table(_facts_table(run), "What the run was made with"),
     ]
@@ -148,8 +149,10 @@ def _facts_table(run: Run) -> pd.DataFrame:
     return pd.DataFrame({"item": names, "value": [str(value) for value in facts.values()]})
 
 
-def commands(run: Run, dataset: Dataset, *, protocol: Protocol, against: Run | None) -> list[str]:
+def commands(judged: JudgedRun, *, against: Run | None) -> list[str]:
     """Lines for a terminal that estimate the run again, judge it and write its report."""
+    run, dataset = judged.run, judged.dataset
+    options = " ".join([f"--protocol {judged.protocol}", *(f"--without {flag}" for flag in judged.without)])
     root, name = shlex.quote(dataset.name), shlex.quote(run.name)
     lines = []
     for each in (run, *([] if against is None else [against])):
@@ -159,9 +162,9 @@ def commands(run: Run, dataset: Dataset, *, protocol: Protocol, against: Run | N
             lines.append(_estimate_command(each, dataset))
     table = shlex.quote(f"{run.name}.csv")
     lines.append(f"{PROGRAM} runs export {root} {name} {table}")
-    lines.append(f"{PROGRAM} evaluate estimates {root} {table} --protocol {protocol}")
+    lines.append(f"{PROGRAM} evaluate estimates {root} {table} {options}")
     beside = "" if against is None else f" --against {shlex.quote(against.name)}"
-    lines.append(f"{PROGRAM} report {root} {name} --protocol {protocol}{beside} --out report.html")
+    lines.append(f"{PROGRAM} report {root} {name} {options}{beside} --out report.html")
     return lines
 
 
@@ -174,6 +177,9 @@ def _estimate_command(run: Run, dataset: Dataset) -> str:
         options.append(f"--features {shlex.quote(settings.features.name)}")
     if settings.detector is not None:
         options.append(f"--detector {settings.detector.method}")
+    if settings.matching.by == "index":
+        options.append("--match index")
+    options += [f"--offset {view}={offset_s:g}" for view, offset_s in settings.matching.offsets_s]
     words = [PROGRAM, "estimate", shlex.quote(dataset.name), *ids, f"--run {shlex.quote(run.name)}", *options]
     return " ".join([*words, f"--out {shlex.quote(f'{run.name}.csv')}"])
 

@@ -93,7 +93,7 @@ def reproduce(
         CancelledError: ``cancelled`` ended it.
     """
     settings, store, out = settings or ReproductionSettings(), store or Store(), Path(out)
-    dataset, test_sets = open_dataset(root), [open_dataset(test) for test in tests]
+    dataset, *test_sets = (open_dataset(folder).matched(settings.matching) for folder in (root, *tests))
     _check(dataset, settings)
     _refuse_training_recordings(dataset, test_sets)
     began = _claim(out, dataset)

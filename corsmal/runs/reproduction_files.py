@@ -185,6 +185,7 @@ def _settings_words(settings: ReproductionSettings) -> dict[str, str]:
         "Preset of the networks": settings.networks,
         "Features": "log-mel of the sound" if settings.features is None else settings.features.name,
         "Detector": "none: existing detections are used" if detector is None else detector.method,
+        "Views matched": str(settings.matching),
         "Training": "a few epochs only (quick)" if settings.is_quick else "in full",
     }
 

@@ -128,7 +128,7 @@ def _run(folder: Path, settings: ReproductionSettings, made: datetime) -> Run:
         name=folder.name,
         dataset=str(folder),
         recordings=tuple(str(row["recording_id"]) for row in rows),
-        settings=EstimateSettings(shape=settings.shape),
+        settings=EstimateSettings(shape=settings.shape, matching=settings.matching),
         digests={"filling": None, "mass": None, "detector": None},
         method_version=METHOD_VERSION,
         data_digest="",

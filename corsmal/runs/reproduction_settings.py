@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.dataset.audio import CHANNELS, sound_duration_s
+from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError, FileError
 from corsmal.parameters import METHOD_VIEWS, ShapeParameters
 from corsmal.stages.settings import DetectorSettings
@@ -40,6 +41,7 @@ class ReproductionSettings:
         features: folder of arrays for the filling network; None: log-mel of the sound.
         detector: for recordings without detections; None: they have no geometry.
         is_quick: few epochs, for a first look; the tables say so.
+        matching: how the frames of the recordings' views are matched.
 
     Raises:
         ArgumentError: a choice is unknown, or seeds is below 1.
@@ -53,6 +55,7 @@ class ReproductionSettings:
     features: Path | None = None
     detector: DetectorSettings | None = None
     is_quick: bool = False
+    matching: Matching = field(default_factory=Matching)
 
     def __post_init__(self) -> None:
         for name, choices in (("protocol", Protocol), ("folds", Folds), ("networks", NetworkPreset)):

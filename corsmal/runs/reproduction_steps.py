@@ -69,13 +69,12 @@ class Work:
         mass = self._mass(weighed)
         filling_path, mass_path = self._final_networks(samples, weighed)
         found = [self._test(name, test, filling_path, mass_path) for name, test in named_tests(tests).items()]
-        recordings = self._dataset.table.index
         by_seed = [
             reproduction_rows(
                 geometry,
                 None if filling is None else filling[filling["seed"] == seed],
                 None if mass is None else mass[mass["seed"] == seed],
-                recordings=recordings,
+                recordings=self._dataset.table.index,
                 protocol=self._settings.protocol,
             )
             for seed in range(self._settings.seeds)
@@ -99,7 +98,8 @@ class Work:
             self._notes.append(sentence)
 
     def _estimate_settings(self) -> EstimateSettings:
-        return EstimateSettings(shape=self._settings.shape, means=self._means(), detector=self._settings.detector)
+        own = self._settings
+        return EstimateSettings(own.shape, self._means(), detector=own.detector, matching=own.matching)
 
     def _geometry(self, dataset: Dataset, settings: EstimateSettings, *, step: str = "geometry") -> pd.DataFrame:
         """Estimates of the recordings that were filmed; the run of that name in the store is resumed."""

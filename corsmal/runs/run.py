@@ -99,6 +99,7 @@ class Run:
             "mass network": self.digests["mass"],
             "features": None if features is None else str(features),
             "detector": None if detector is None else (self.digests["detector"], detector.every),
+            "matching of the views": self.settings.matching,
             "version of the method": self.method_version,
         }
 
@@ -133,6 +134,7 @@ class Run:
                 for name, file in networks.items()
             },
             "detector": detected,
+            "views matched": str(self.settings.matching),
             "recordings": f"{len(self.rows)} of {len(self.recordings)}",
             "files": self.data_digest[:8],
             "created": f"{self.created.replace('T', ' ')[:16]} UTC",

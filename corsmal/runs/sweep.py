@@ -112,13 +112,14 @@ def sweep_run(
         NotFoundError: the dataset lacks a recording.
     """
     shapes = [with_setting(run.settings.shape, setting) for setting in grid.settings]
+    matched = dataset.matched(run.settings.matching)
     rows: list[dict[str, Any]] = []
     for done, name in enumerate(grid.recordings):
         if progress is not None:
             progress(done, len(grid.recordings))
         if cancelled():
             return rows
-        measured = _recording_values(dataset[name], shapes, store)
+        measured = _recording_values(matched[name], shapes, store)
         rows += [
             {"recording_id": name, **setting, **(values or dict.fromkeys(GEOMETRY))}
             for setting, values in zip(grid.settings, measured, strict=True)

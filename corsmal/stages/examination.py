@@ -19,7 +19,13 @@ from corsmal.parameters import PAIRS, SelectionParameters
 from corsmal.selection import select_best_frame
 from corsmal.shape.circumferences import contour_centroid
 from corsmal.stages.detections import DetectionSet, load_detections
-from corsmal.stages.media_findings import calibration_findings, detection_findings, sound_findings, video_findings
+from corsmal.stages.media_findings import (
+    calibration_findings,
+    detection_findings,
+    offset_findings,
+    sound_findings,
+    video_findings,
+)
 from corsmal.store import Store
 
 FRAMES_MAX = 12
@@ -38,7 +44,7 @@ class ExamineTask:
 
     Args:
         cache: folder of the store, for detections that are not beside the videos.
-        deep: read the sound whole, and decode the videos at both ends.
+        deep: read the sound whole, decode the videos at both ends, and look for offsets between the views.
     """
 
     cache: Path
@@ -62,6 +68,7 @@ class ExamineTask:
             findings += sound_findings(recording, deep=self.deep)
         detections = load_detections(recording, store=Store(self.cache))
         findings += detection_findings(recording, detections.notes)
+        findings += offset_findings(recording, detections.views) if self.deep else ()
         return {
             "recording_id": recording.id,
             "status": "examined",

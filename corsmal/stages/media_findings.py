@@ -1,5 +1,7 @@
 """What a check of one recording's files finds: calibrations, detections, and how they were read."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from corsmal.dataset import Recording, View
@@ -9,7 +11,9 @@ from corsmal.dataset.findings import Finding, Severity
 from corsmal.dataset.video import video_size
 from corsmal.dataset.video_file import file_turn
 from corsmal.estimation.plausibility import CAMERA_M
+from corsmal.estimation.view_offsets import corrected, find_offsets
 from corsmal.notes import Note
+from corsmal.selection import FrameDetections
 
 SHAPE_TOLERANCE = 0.05
 """Of the pictures' width by height."""
@@ -56,6 +60,22 @@ def detection_findings(recording: Recording, notes: tuple[str, ...]) -> list[Fin
         what = f"{recording.id}: {note}" if kind == "video" else note
         findings.append(Finding("warning" if is_used else "error", kind, what))
     return findings
+
+
+def offset_findings(recording: Recording, detections: Mapping[str, FrameDetections]) -> list[Finding]:
+    """Views that seem to have been filmed at other times than they are matched by."""
+    found = find_offsets(recording, detections)
+    offsets_s = dict(corrected(recording.matching, recording.clock(), found).offsets_s) if found else {}
+    return [
+        Finding(
+            "warning",
+            "video",
+            f"{recording.id}: as the container moves, {each.view} seems to have been filmed {abs(each.offset_s):.2f} s "
+            f"{'later' if each.offset_s > 0 else 'earlier'} than it is matched with {each.reference}",
+            advice=f"try --offset {each.view}={offsets_s[each.view]:g}, or the Frames page",
+        )
+        for each in found
+    ]
 
 
 def video_findings(view: View) -> list[Finding]:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from corsmal.dataset import TrainedOn
+from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError
 from corsmal.estimation import TrainingMeans
 from corsmal.parameters import ShapeParameters
@@ -68,6 +69,7 @@ class EstimateSettings:
         mass: the mass network; None: the container's mass is left out.
         features: folder of arrays for ``filling``; None: log-mel of the sound.
         detector: detects in recordings without detections before they are estimated; None: such a recording fails.
+        matching: how the frames of the recordings' views are matched.
     """
 
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
@@ -76,6 +78,7 @@ class EstimateSettings:
     mass: WeightsFile | None = None
     features: Path | None = None
     detector: DetectorSettings | None = None
+    matching: Matching = field(default_factory=Matching)
 
     @property
     def digests(self) -> dict[str, str | None]:
@@ -129,6 +132,7 @@ def default_settings(
     mass: Path | str | None = None,
     features: Path | None = None,
     detector: DetectorSettings | None = None,
+    matching: Matching | None = None,
 ) -> EstimateSettings:
     """Settings for a dataset, with the networks that are named, set in the environment or bundled.
 
@@ -148,6 +152,7 @@ def default_settings(
         **found,
         features=None if features is None else features.resolve(),
         detector=detector,
+        matching=matching or Matching(),
     )
 
 

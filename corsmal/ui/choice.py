@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from corsmal.dataset.clock import Match, Matching
 from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
 from corsmal.selection import Pair
 from corsmal.ui.controls import PARAMETERS
@@ -27,6 +28,8 @@ class Choice:
         pair: views of the fit; None: the pair that the estimate used.
         frame: frame index; None: the best frame.
         shape: parameters of the fit.
+        match: how frames of the views are matched; None: by time.
+        offsets_s: by view, how much later it was filmed than its file says, see ``Matching``.
         crop_s: start and end of the filling network's input, in hundredths of a second; None: the whole.
         channel: microphone that is drawn and played, from 0; None: the mean of all.
         estimate: preset of the estimate over the whole recording, or ``SHOWN``; None: ``tuned``, which gives intervals.
@@ -45,6 +48,7 @@ class Choice:
         run: short id of the run that is evaluated, in older addresses its name; None: the newest.
         section: of the Evaluation page; None: the first. What follows is chosen in its sections:
         protocol: which numbers of networks count.
+        without: flags whose rows are left out.
         metric: whose errors are shown.
         classes: whose confusions are shown.
         beside: what stands beside the numbers of Table 2.
@@ -59,6 +63,8 @@ class Choice:
     pair: Pair | None = None
     frame: int | None = None
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
+    match: Match | None = None
+    offsets_s: tuple[tuple[str, float], ...] = ()
     crop_s: tuple[float, float] | None = None
     channel: int | None = None
     estimate: str | None = None
@@ -80,6 +86,7 @@ class Choice:
     run: str | None = None
     section: str | None = None
     protocol: str | None = None
+    without: tuple[str, ...] = ()
     metric: str | None = None
     classes: str | None = None
     beside: str | None = None
@@ -88,6 +95,11 @@ class Choice:
     rows: tuple[str, ...] = ()
     only_failed: bool = False
     collection: str | None = None
+
+    @property
+    def matching(self) -> Matching:
+        """How the frames of the recording's views are matched; offsets are of no use where their numbers count."""
+        return Matching(self.match or "time", () if self.match == "index" else self.offsets_s)
 
     @property
     def preset(self) -> str:
@@ -121,11 +133,11 @@ class Choice:
         return self.shape == SHAPE_PRESETS[self.preset]
 
 
-OF_FIT = ("recording", "frame", "pair", "estimate", "shape")
+OF_FIT = ("recording", "frame", "pair", "estimate", "shape", "match", "offsets_s")
 """What a fit depends on: with another one ``numbers`` are those of a fit that is not shown any more."""
 
 OF_RECORDING: dict[str, Any] = {
-    "frame": None, "pair": None, "crop_s": None, "camera": None, "numbers": (),
+    "frame": None, "pair": None, "crop_s": None, "camera": None, "numbers": (), "match": None, "offsets_s": (),
 }  # fmt: skip
 """What does not outlast another recording."""
 

@@ -112,6 +112,7 @@ def picture_pins(opened: OpenedRecording, best: BestFrame, frame: int) -> list[P
                 "pair of views": " + ".join(best.pair),
                 "centre rule": best.centre_rule,
                 "detections": "none" if detections is None else detections.source,
+                "views matched": str(opened.recording.matching),
             },
             recording=opened.id,
             frame=frame,

@@ -34,10 +34,12 @@ PICTURE_WIDTH_PX = 960
 
 
 def fingerprint(recording: Recording) -> str:
-    """A digest of a recording's files: what is cached for it is not used once one of them changed."""
+    """A digest of a recording's files and clock: what is cached for it is not used once one of them changed."""
     paths = [path for view in recording.views.values() for path in (view.video_path, view.calibration_path)]
     paths += [recording.audio_path, *(view.detections_path for view in recording.views.values())]
-    return digest("recording", recording.id, [file_fingerprint(path) for path in paths if path is not None])
+    return digest(
+        "recording", recording.id, recording.matching, [file_fingerprint(path) for path in paths if path is not None]
+    )
 
 
 def by_detections(opened: "OpenedRecording", *others: object, **options: object) -> tuple[object, ...]:

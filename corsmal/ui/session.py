@@ -45,13 +45,16 @@ def choose(*, settled: bool = True, **changes: Any) -> None:
 
 
 def opened() -> tuple[Dataset, Recording]:
-    """The dataset and the chosen recording; where there is none the page says what to do and ends here."""
+    """The dataset and the chosen recording, its views matched as is chosen.
+
+    Where there is none the page says what to do and ends here.
+    """
     found: Dataset | None = st.session_state[DATASET]
     current = choice().recording
     if found is None or current is None:
         _nothing_to_show()
         st.stop()
-    return found, found[current]
+    return found, replace(found[current], matching=choice().matching)
 
 
 def folder() -> str:

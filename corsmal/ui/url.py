@@ -11,9 +11,12 @@ from functools import partial
 from typing import Any, NamedTuple, get_args
 
 from corsmal.dataset.audio import CHANNELS
+from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError
+from corsmal.evaluation.flagged import ANY
 from corsmal.figures.hull import Scope
 from corsmal.mass import AxisRule
+from corsmal.notes import FLAGS
 from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange
 from corsmal.selection import Pair
 from corsmal.ui.choice import NOTHING, SHOWN, Choice, View, differences
@@ -134,6 +137,10 @@ def _names(text: str) -> tuple[str, ...]:
     return tuple(_name(part) for part in text.split(BETWEEN))
 
 
+def _flags(text: str) -> tuple[str, ...]:
+    return tuple(_one_of(part, ANY, *FLAGS, what="flags") for part in text.split(BETWEEN))
+
+
 def _dataset(text: str) -> str:
     if not DATASET.fullmatch(text) or not text.isprintable():
         raise ArgumentError("expected the dataset's name, '-' and the eight digits of its fingerprint")
@@ -152,6 +159,12 @@ def _frame(text: str) -> int:
     if not 0 <= frame < 10_000_000:
         raise ArgumentError("frames are numbered from 0")
     return int(frame)
+
+
+def _offsets(text: str) -> tuple[tuple[str, float], ...]:
+    """Offsets by view, such as ``view1:0.4~view2:-0.1``."""
+    parts = [part.partition(":") for part in text.split(BETWEEN)]
+    return Matching(offsets_s=tuple((view, read_number(number, whole=False)) for view, _, number in parts)).offsets_s
 
 
 def _crop(text: str) -> tuple[float, float]:
@@ -195,6 +208,8 @@ FIELDS: dict[str, Field] = {
     "recording": Field("recording", str),
     "pair": Field("pair", _pair, "-".join),
     "frame": Field("frame", _frame),
+    "match": Field("match", _options("index")),
+    "offset": Field("offsets_s", _offsets, lambda found: BETWEEN.join(f"{view}:{value_text(s)}" for view, s in found)),
     "crop": Field("crop_s", _crop, lambda crop_s: "-".join(f"{end_s:.2f}" for end_s in crop_s)),
     "estimate": Field("estimate", lambda text: text if text == SHOWN else _preset(text)),
     "ch": Field("channel", lambda text: _whole(1, CHANNELS)(text) - 1, lambda channel: str(channel + 1)),
@@ -215,6 +230,7 @@ FIELDS: dict[str, Field] = {
     "run": Field("run", _name),
     "section": Field("section", _name),
     "protocol": Field("protocol", _name),
+    "without": Field("without", _flags, BETWEEN.join),
     "metric": Field("metric", _name),
     "classes": Field("classes", _name),
     "beside": Field("beside", _name),

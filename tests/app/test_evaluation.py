@@ -1,6 +1,7 @@
 """The Evaluation page: run, judge, click through to the recording."""
 
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -10,16 +11,20 @@ import pytest
 
 import corsmal.filling.features  # noqa: F401 - loads PyTorch, before a test's clock runs
 from corsmal.dataset import Dataset, open_dataset
+from corsmal.dataset.clock import Matching
 from corsmal.engines import local
 from corsmal.engines.tasks import open_detector, open_predictors
 from corsmal.evaluation import METRICS, container_table, error_table, estimates_table
 from corsmal.figures.pin_collections import load_collection
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import Run, list_runs, make_run
+from corsmal.runs.run import save_run
 from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.settings import DetectorSettings, EstimateSettings, default_settings
 from corsmal.ui import shared
+from corsmal.ui.evaluation.downloads import estimates_file, submission_file
+from corsmal.ui.evaluation.judged import Judged, runs
 from corsmal.ui.evaluation.new_run import job_key
 from corsmal.ui.evaluation.report import _made
 from tests.app.driver import Visitor, seen
@@ -174,6 +179,56 @@ def test_the_recording_opens_with_the_runs_parameters_pair_and_frame(dataset: Da
         "section": "Containers",
     }
     assert visitor.metrics["Capacity"] == f"{run.rows[0]['capacity_ml']:.0f} mL"
+
+
+def test_a_runs_recording_opens_with_its_views_matched_as_in_the_run(dataset: Dataset) -> None:
+    settings = default_settings(dataset, shape=ShapeParameters.paper(), matching=Matching(offsets_s=(("view1", 0.1),)))
+    run = make_run("late", dataset, settings, store=shared.store())
+    assert run.rows[0]["flags"] == "views-by-time"
+    visitor = opened(dataset.root)
+    assert "views matched: by time, view1 +0.1 s" in visitor.sentences
+    select(visitor, 0, cell=(0, "capacity_mape"))
+    select(visitor, 1, row=0)
+    assert visitor.address["offset"] == "view1:0.1"
+    assert visitor.address["frame"] == str(run.rows[0]["best_frame"])
+    assert visitor.metrics["Capacity"] == f"{run.rows[0]['capacity_ml']:.0f} mL"
+    visitor.open("frames")
+    assert visitor.time_line["best"] == run.rows[0]["best_frame"]
+    assert visitor.crashes == visitor.errors == []
+
+
+def test_a_run_from_the_page_matches_the_views_as_is_chosen(dataset: Dataset) -> None:
+    visitor = Visitor(dataset.root, match="index").open("evaluation")
+    assert "The views of all recordings are matched by frame number" in visitor.sentences
+    visitor.press("Run")
+    visitor.wait_for(no_job)
+    [kept] = list_runs(store=shared.store(), dataset=dataset.root)
+    assert kept.settings.matching == Matching(by="index")
+    assert visitor.crashes == visitor.errors == []
+
+
+def test_flagged_rows_are_left_out_on_request_in_the_address_and_in_files(run: Run, dataset: Dataset) -> None:
+    assert not opened(dataset.root).test.multiselect
+    rows = [{**row, "flags": "implausible" * (row["recording_id"] == "000000")} for row in run.rows]
+    save_run(replace(run, rows=tuple(rows)), store=shared.store())
+    visitor = opened(dataset.root)
+    control = visitor.test.multiselect(key="without_control")
+    assert control.options == ["any (1)", "implausible (1)"]
+    assert len(table(visitor)) == 3 + 1
+    control.set_value(["implausible"]).run()
+    assert visitor.address["without"] == "implausible"
+    assert list(table(visitor)["container"]) == ["small white cup", "green glass", "Average"]
+    assert "1 of 3 rows are left out, here, in downloads and in the report" in visitor.sentences
+    visitor.choose("section_control", "Recordings")
+    assert list(table(visitor).index) == ["000001", "000002"]
+    judged = Judged(runs(dataset)[0], dataset, "held-out", ("implausible",))
+    assert [line[:6] for line in estimates_file(judged).decode().splitlines()[1:]] == ["000001", "000002"]
+    assert submission_file(judged).decode().splitlines()[1].startswith("0,-1,-1,")
+    visitor.choose("evaluation_view", "runs")
+    assert table(visitor)["failed"].tolist() == [2]
+    again = Visitor(dataset.root, without="any", section="Containers").open("evaluation")
+    assert len(table(again)) == 2 + 1
+    assert again.crashes == again.errors == []
 
 
 @pytest.mark.usefixtures("run")

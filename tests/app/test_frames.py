@@ -2,8 +2,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import streamlit as st
 
+from corsmal.estimation.view_offsets import ViewOffset
 from corsmal.stages.settings import DetectorSettings
+from corsmal.ui import frame_clock
 from tests.app.driver import Visitor
 from tests.fakes import FakeDetector
 from tests.tiny import CONTAINERS, FRAMES, base_in_frame, silhouette, tiny_cameras
@@ -119,6 +122,56 @@ def test_one_frame_is_inspected_on_request_and_marked(tiny_dataset_root: Path, m
 def test_files_with_detections_leave_nothing_to_inspect(visitor: Visitor) -> None:
     assert not visitor.time_line["can_inspect"]
     assert visitor.time_line["inspected"] == list(range(FRAMES))
+
+
+def test_views_are_matched_as_is_chosen_on_all_pages_and_in_the_address(visitor: Visitor) -> None:
+    first, before = visitor.time_line["recording"], visitor.metrics
+    assert visitor.test.table[0].value["frames"].tolist() == [FRAMES] * 3
+    visitor.choose("offset view1", 0.1)
+    assert visitor.address == {"recording": "000000", "offset": "view1:0.1"}
+    assert visitor.time_line["recording"] != first
+    assert visitor.test.table[0].value["matched"].tolist() == [FRAMES - 3, FRAMES, FRAMES]
+    assert "frames are matched by time, view1 +0.1 s" in visitor.sentences
+    assert visitor.metrics != before
+    visitor.open("shape")
+    assert visitor.address["offset"] == "view1:0.1"
+    assert "view1 +0.1 s" in visitor.sentences
+    visitor.open("frames").choose("match_control", "index")
+    assert (visitor.address["match"], visitor.metrics) == ("index", before)
+    assert visitor.widget("offset view1").disabled
+    visitor.choose("match_control", "time")
+    assert visitor.address == {"recording": "000000", "offset": "view1:0.1"}
+    visitor.choose("offset view1", None)
+    assert (visitor.address, visitor.metrics) == ({"recording": "000000"}, before)
+    assert visitor.crashes == visitor.errors == []
+
+
+def test_offsets_are_looked_for_on_request_and_only_suggested(
+    visitor: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    visitor.press("Look for offsets")
+    assert "None of more than a frame was found" in visitor.sentences  # twelve frames are too few
+    st.cache_data.clear()
+    st.cache_resource.clear()
+    found = (ViewOffset("view1", "view3", 0.1),)
+    monkeypatch.setattr(frame_clock, "find_offsets", lambda *_: found)
+    visitor.test.run()
+    assert (
+        "view1 seems to have been filmed 0.10 s (3.0 frames) later than it is matched with view3" in visitor.sentences
+    )
+    assert "offset" not in visitor.address
+    visitor.press("Use what was found")
+    assert visitor.address["offset"] == "view1:0.1"
+    assert "seems to have been filmed" not in visitor.sentences  # of the frames as they are matched now
+    assert visitor.crashes == visitor.errors == []
+
+
+def test_another_recording_is_matched_as_its_files_say(tiny_dataset_root: Path) -> None:
+    visitor = Visitor(tiny_dataset_root, recording="000000", offset="view1:0.1").open("frames")
+    assert "view1 +0.1 s" in visitor.sentences
+    visitor.press("Next")
+    assert visitor.address == {"recording": "000001"}
+    assert "+0.1 s" not in visitor.sentences
 
 
 def test_pages_of_the_real_recording_step_through_its_frames(real_root: Path) -> None:

@@ -19,6 +19,7 @@ from corsmal.stages.settings import default_settings
 from corsmal.store import Store
 from corsmal.ui import shared
 from corsmal.ui.evaluation.downloads import estimates_file, submission_file
+from corsmal.ui.evaluation.judged import Judged
 from tests.app.driver import Visitor
 from tests.engines.faulty import wait_for
 from tests.networks import write_networks
@@ -75,13 +76,14 @@ def test_begun_with_dask_stopped_resumed_in_the_app_and_exported_it_is_one_run(r
     alone = make_run("alone", dataset, settings, store=Store(tmp_path / "other"))
     assert json.dumps(untimed(resumed.rows)) == json.dumps(untimed(alone.rows))
 
+    judged = Judged(resumed, dataset, "held-out")
     for ending in ("csv", "json"):
         command("runs", "export", root, "shared", tmp_path / f"exported.{ending}")
     command("estimate", root, "--run", "shared", "--workers", "1", "--out", tmp_path / "again.csv")
-    assert (tmp_path / "exported.csv").read_bytes() == (tmp_path / "again.csv").read_bytes() == estimates_file(resumed)
+    assert (tmp_path / "exported.csv").read_bytes() == (tmp_path / "again.csv").read_bytes() == estimates_file(judged)
     command("submit", root, "shared", tmp_path / "of_run.csv")
     command("submit", root, tmp_path / "exported.csv", tmp_path / "of_table.csv")
-    submitted = submission_file(resumed, dataset)
+    submitted = submission_file(judged)
     assert (tmp_path / "of_run.csv").read_bytes() == (tmp_path / "of_table.csv").read_bytes() == submitted
 
 
@@ -97,7 +99,7 @@ def test_page_and_command_submit_a_row_for_every_recording(root: Path, tmp_path:
     run = load_run("one", dataset=dataset.root, store=shared.store())
     assert run is not None
     content = (tmp_path / "submission.csv").read_bytes()
-    assert content == submission_file(run, dataset)
+    assert content == submission_file(Judged(run, dataset, "held-out"))
     lines = content.decode().splitlines()
     assert len(lines) == RECORDINGS + 1
     assert not lines[1].startswith("0,-1,")

@@ -6,9 +6,11 @@ import pytest
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
+from corsmal.commands.runs import open_run
 from corsmal.dataset import open_dataset
+from corsmal.dataset.clock import Matching
 from corsmal.engines import local
-from corsmal.errors import CorsmalError, NotFoundError
+from corsmal.errors import ArgumentError, CorsmalError, NotFoundError
 from corsmal.evaluation import read_estimates
 from corsmal.figures.pin_collections import add_pins
 from corsmal.figures.pins import Pin
@@ -171,6 +173,15 @@ def test_views_are_matched_as_asked_and_flagged_rows_left_out(root, tmp_path):
     assert "view1 has 12 frames at 30 fps" in rows["later"]["notes"]
     assert rows["plain"]["capacity_ml"] == rows["number"]["capacity_ml"] != rows["later"]["capacity_ml"]
     assert "1 of 2 rows" not in command("evaluate", "estimates", root, written["plain"], "--without", "any")
+    assert [open_run(root, name)[1].settings.matching for name in ("paper 2", "paper 3")] == [
+        Matching(offsets_s=(("view1", 0.1),)),
+        Matching(by="index"),
+    ]
+    assert "views matched: by frame number" in command("runs", "show", root, "paper 3")
+    again = command("estimate", root, "--run", "paper 2", "--out", tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_bytes() == written["later"].read_bytes(), again
+    with pytest.raises(ArgumentError, match="different: matching of the views"):
+        command("estimate", root, "000000", "--run", "paper 2", "--match", "index")
     refused = CliRunner().invoke(cli.app, ["estimate", str(root), "--offset", "view1"])
     assert refused.exit_code == 2
     assert "is not like view1=0.4" in refused.output

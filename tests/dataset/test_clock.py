@@ -102,11 +102,31 @@ def test_an_offset_is_added_and_numbers_count_when_asked(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments", [{"by": "sound"}, {"offsets_s": (("view9", 1.0),)}, {"offsets_s": (("view1", float("nan")),)}]
+    "arguments",
+    [
+        {"by": "sound"},
+        {"offsets_s": (("view9", 1.0),)},
+        {"offsets_s": (("view1", float("nan")),)},
+        {"offsets_s": (("view1", 1.0), ("view1", 2.0))},
+        {"by": "index", "offsets_s": (("view1", 1.0),)},
+    ],
 )
 def test_a_matching_that_cannot_be_is_refused(arguments):
     with pytest.raises(ArgumentError):
         Matching(**arguments)
+
+
+def test_a_matching_is_told_in_words():
+    assert str(Matching()) == "by time"
+    assert str(Matching(by="index")) == "by frame number"
+    assert str(Matching(offsets_s=(("view1", 0.4), ("view2", -0.125)))) == "by time, view1 +0.4 s, view2 −0.125 s"
+
+
+def test_the_clock_says_what_each_file_holds(tmp_path):
+    clock = recording(tmp_path, view1=range(12, 42, 2), view3=range(COUNT)).clock()
+    assert {name: view.count for name, view in clock.views.items()} == {"view1": 15, "view3": COUNT}
+    assert (clock.views["view1"].fps, clock.views["view1"].start_s) == pytest.approx((15, 0.4))
+    assert recording(tmp_path / "alike", view2=range(4)).clock().views["view2"].count == 4
 
 
 def test_a_matched_video_has_the_recordings_frames(tmp_path):

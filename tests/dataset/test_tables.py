@@ -76,6 +76,14 @@ OTHERS = {
     "old Macintosh lines": (plain().replace("\n", "\r"), ""),
     "capitals and underscores": (plain().replace("container capacity", "Container_Capacity"), "'Container_Capacity'"),
     "field names": (plain().replace("container capacity", "capacity_ml"), ""),
+    "words run together": (
+        plain().replace(",".join(KEYS), ",".join(key.title().replace(" ", "") for key in KEYS)),
+        "'ContainerId' as 'container id'",
+    ),
+    "a mark, semicolons, decimal commas and quotes": (
+        "\ufeff" + "".join(f'"{line}"\n'.replace(";", '";"') for line in plain(";", decimal=",").splitlines()),
+        "decimal comma",
+    ),
     "units in headings": (plain().replace("width at the top", "Width at the top (mm)"), "read by their meaning"),
     "ids as floats": (with_ids("{}.0"), "'0.0' are read as 000000"),
     "ids as text formulas": (with_ids('="{:06d}"'), "are read as 000000"),

@@ -218,3 +218,33 @@ def test_a_video_in_an_unknown_form_is_named(plain: Path, tmp_path: Path) -> Non
     path.write_bytes(plain.read_bytes().replace(b"avc1", b"zzzz"))
     with pytest.raises(FileError, match="holds no video"):
         Video(path)
+
+
+@pytest.mark.parametrize("gop", [6, 12])
+def test_an_avi_file_with_frames_out_of_order_is_counted_as_opencv_does(tmp_path: Path, gop: int) -> None:
+    path = write_video(tmp_path / "a.avi", numbered(), bframes=2, gop=gop)
+    reader = cv2.VideoCapture(str(path))
+    expected = [round(float(reader.read()[1][24, 24, 0]) / 10) for _ in range(COUNT)]
+    assert not reader.read()[0]
+    with Video(path) as video:
+        assert greys(video) == expected == list(range(COUNT))
+        assert greys(video, lambda count: reversed(range(count))) == expected[::-1]
+        assert [round(float(video[index][24, 24, 0]) / 10) for index in (23, 3, 17, 7, 6)] == [23, 3, 17, 7, 6]
+
+
+def test_behind_damage_in_an_avi_file_with_frames_out_of_order_nothing_is_counted(tmp_path: Path) -> None:
+    path = write_video(tmp_path / "a.avi", numbered(), bframes=2, gop=6)
+    with av.open(str(path)) as container:
+        places = [packet.pos for packet in container.demux(video=0) if packet.size]
+    content = bytearray(path.read_bytes())
+    content[places[8] + 8 : places[9]] = bytes(places[9] - places[8] - 8)
+    path.write_bytes(content)
+    with Video(path) as video:
+        found = []
+        for index in range(len(video)):
+            try:
+                found.append(round(float(video[index][24, 24, 0]) / 10))
+            except FileError:
+                found.append(None)
+    assert found[:6] == list(range(6))
+    assert all(number in (index, None) for index, number in enumerate(found))

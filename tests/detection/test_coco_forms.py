@@ -147,6 +147,19 @@ ULTRALYTICS = [
         "segmentation": RUNS,
     }
 ]
+ULTRALYTICS_RESULTS = [
+    [],
+    [
+        {
+            "name": "cup",
+            "class": 41,
+            "confidence": 0.91,
+            "box": {"x1": 20.0, "y1": 10.0, "x2": 30.0, "y2": 25.0},
+            "segments": {"x": [20.0, 30.0, 30.0, 20.0], "y": [10.0, 10.0, 25.0, 25.0]},
+        }
+    ],
+    *[[]] * 4,
+]
 FORMS = {
     "CVAT": (CVAT, [2, 3], 1.0),
     "Label Studio": (LABEL_STUDIO, [4], 1.0),
@@ -154,6 +167,7 @@ FORMS = {
     "Roboflow": (ROBOFLOW, [4], 1.0),
     "Detectron2": (DETECTRON2, [4], 0.98),
     "Ultralytics": (ULTRALYTICS, [5], 0.88123),
+    "Ultralytics, results": (ULTRALYTICS_RESULTS, [1], 0.91),
 }
 
 
@@ -210,6 +224,12 @@ def test_classes_are_read_however_they_are_written(tmp_path, category, others, l
     assert flags_of(view.problems) == INTERPRETED
 
 
+def test_negative_classes_are_no_yolo_classes(tmp_path):
+    view = read(tmp_path, [entry(0), entry(1, category_id=0), entry(2, category_id=-200)])
+    assert cups(view)[0] == [0]
+    assert view.problems == ("2 entries skipped: unknown class, COCO's numbers are 1 to 90",)
+
+
 @pytest.mark.parametrize(
     ("number", "name", "first"), [(41, "skateboard", 0), (42, "surfboard", 1), (40, "baseball", 0)]
 )
@@ -236,6 +256,61 @@ def test_names_that_are_no_class_are_told_apart_from_a_single_one(tmp_path):
     content["categories"].append({"id": 5, "name": "robot"})
     with pytest.raises(FileError, match="2 entries skipped: the class 'my thing' is none of COCO's"):
         read(tmp_path, content)
+
+
+PAIRS = [[[20, 10], [30, 10], [30, 25], [20, 25]]]
+SHARES = [[value / (WIDTH, HEIGHT)[place % 2] for place, value in enumerate(POLYGON)]]
+SHARE_BOX = [20 / WIDTH, 10 / HEIGHT, 10 / WIDTH, 15 / HEIGHT]
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ([entry(2, score="0.9")], "scores are written as text"),
+        ([entry(2, score=" 0,9 ")], "scores are written as text"),
+        ([entry(2, score=90), entry(3, score=89.5)], "scores are written in percent"),
+        ([entry(2, segmentation=PAIRS)], "points of outlines are written as pairs"),
+        ([entry(2, segmentation=SHARES, bbox=SHARE_BOX)], "written as shares of the image's width and height"),
+        ([entry(2, bbox=[20, 10, 30, 25])], "boxes were written as two corners"),
+        ([{"image_id": 2, "category_name": "cup", "score": 0.9, "segmentation": RUNS}], "COCO's number or name"),
+        ({"results": [entry(2)]}, ""),
+        ({"predictions": [entry("frame_0002_1280x720.jpg")]}, "the last number in it was read as the frame"),
+        (
+            {
+                "images": [{"id": 70 + i, "file_name": "x.png", "frame": i} for i in range(6)],
+                "annotations": [entry(72)],
+            },
+            "the number that a picture has as its frame was read as the frame",
+        ),
+        (
+            {
+                "images": [{"id": 70 + i, "file_name": f"000618_{i:04d}_small2.png"} for i in range(6)],
+                "annotations": [entry(72)],
+            },
+            "the number 2 from the end of a picture's name was read as the frame",
+        ),
+        (
+            {
+                "images": [{"id": 70 + i, "file_name": f"f_{i}.png", "width": 640, "height": 360} for i in range(6)],
+                "annotations": [entry(72, segmentation=SHARES, bbox=SHARE_BOX)],
+            },
+            "written as shares",
+        ),
+    ],
+)
+def test_other_keys_scores_outlines_and_boxes_have_one_reading(tmp_path, content, said):
+    view = read(tmp_path, content)
+    frames, score = cups(view)
+    assert (frames[0], score) == (2, pytest.approx(0.9))
+    np.testing.assert_allclose(view[2].boxes[0], [20, 10, 30, 25])
+    assert any(said in problem for problem in view.problems) if said else view.problems == ()
+
+
+def test_a_few_scores_above_1_are_no_percentages(tmp_path):
+    view = read(tmp_path, [entry(0), entry(1, score=1.0000001), entry(2, score=1.5)])
+    assert cups(view)[0] == [0, 1]
+    assert view[1].scores[0] == 1.0
+    assert view.problems == ("1 entry skipped: the score is no number from 0 to 1",)
 
 
 def test_a_bad_outline_among_good_ones_costs_only_itself(tmp_path):

@@ -1,3 +1,4 @@
+import csv
 import json
 import math
 
@@ -44,6 +45,15 @@ def test_written_table_comes_back(tmp_path, estimates, suffix):
     assert again.columns.tolist() == list(ESTIMATE_COLUMNS)
     assert again["best_frame"].isna().tolist() == [False, True, False, False, False, False]
     assert [path.name for path in tmp_path.iterdir()] == [f"run{suffix}"]
+
+
+def test_a_csv_file_has_nan_for_numbers_that_are_not_there_and_nothing_for_other_values(tmp_path, estimates):
+    write_estimates(estimates, tmp_path / "run.csv")
+    with (tmp_path / "run.csv").open(encoding="utf-8", newline="") as lines:
+        row = list(csv.DictReader(lines))[1]
+    assert math.isnan(float(row["capacity_ml"]))
+    assert row["container_mass_g"] == "NaN"
+    assert (row["best_frame"], row["flags"], row["protocol"]) == ("", "", "")
 
 
 @pytest.mark.parametrize("number", ["9" * 400, "1e999", "-" + "9" * 30])

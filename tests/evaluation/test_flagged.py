@@ -5,7 +5,7 @@ import pytest
 
 from corsmal.errors import ArgumentError
 from corsmal.evaluation import estimates_table
-from corsmal.evaluation.flagged import without_flagged
+from corsmal.evaluation.flagged import flag_counts, without_flagged
 from corsmal.notes import FLAGS, Note, flags_of, prefixed
 
 TABLE = estimates_table(
@@ -33,6 +33,11 @@ def test_flagged_rows_are_left_out_and_named(flags, left):
     assert [name[-1] for name in table["recording_id"]] == list(left)
     assert (sentence == "") == (left == "1234")
     assert len(left) == 4 or f"{4 - len(left)} of 4 rows raise a flag" in sentence
+
+
+def test_flags_are_counted():
+    assert list(flag_counts(TABLE).items()) == [("any", 3), ("unit-assumed", 2), ("sound-cut", 2)]
+    assert flag_counts(TABLE.iloc[:1]) == flag_counts(pd.DataFrame({"recording_id": ["000001"]})) == {}
 
 
 def test_tables_without_flags_stay_and_unknown_flags_are_refused():

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import pytest
 
+from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError
 from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
 from corsmal.runs import make_run
@@ -55,6 +56,11 @@ def test_a_detector_and_the_range_of_heights_are_told_in_words(run):
     table = parameter_differences([run, detecting])
     assert table.loc["shape.height_range"].tolist() == ["masks −20 to +20 mm", "world −100 to +400 mm"]
     assert table.loc["detector"].tolist() == ["none", "mask r-cnn 1234, step 7"]
+
+
+def test_how_views_are_matched_is_told(run):
+    by_number = replace(run, name="b", id="", settings=replace(run.settings, matching=Matching(by="index")))
+    assert parameter_differences([run, by_number]).loc["views matched"].tolist() == ["by time", "by frame number"]
 
 
 def test_one_run_differs_from_nothing(run):

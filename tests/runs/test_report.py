@@ -6,6 +6,7 @@ from datetime import date
 import pytest
 
 from corsmal.dataset import open_dataset
+from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError
 from corsmal.evaluation import export_table, read_estimates, write_estimates
 from corsmal.figures.pins import Pin
@@ -13,6 +14,7 @@ from corsmal.figures.report import Commands, Table, Table2, report_html
 from corsmal.parameters import ShapeParameters
 from corsmal.quantities import MEASURED
 from corsmal.runs import make_run
+from corsmal.runs.judged import JudgedRun
 from corsmal.runs.report import ROWS_MAX, run_report
 from corsmal.runs.report_appendix import commands
 from corsmal.stages.settings import default_settings
@@ -85,7 +87,7 @@ def test_recordings_are_listed_in_words_the_worst_first(dataset, runs):
 
 
 def test_the_commands_of_the_appendix_name_preset_recordings_and_protocol(dataset, runs):
-    lines = commands(runs["first"], dataset, protocol="paper", against=None)
+    lines = commands(JudgedRun(runs["first"], dataset, "paper"), against=None)
     root = dataset.name
     assert lines == [
         f"python -m corsmal estimate {root} --run first --preset paper --out first.csv",
@@ -94,13 +96,21 @@ def test_the_commands_of_the_appendix_name_preset_recordings_and_protocol(datase
         f"python -m corsmal report {root} first --protocol paper --out report.html",
     ]
     hostile = replace(runs["second"], name="a; rm -rf $(b)", recordings=("000000",))
-    lines = commands(hostile, dataset, protocol="held-out", against=runs["first"])
+    lines = commands(JudgedRun(hostile, dataset, "held-out"), against=runs["first"])
     assert lines[0].startswith("# a; rm -rf $(b): no preset has its parameters")
     assert f"runs export {root} 'a; rm -rf $(b)' 'a; rm -rf $(b).csv'" in lines[2]
-    walled = replace(
-        runs["first"], settings=replace(runs["first"].settings, shape=replace(ShapeParameters.tuned(), wall_mm=2.5))
+    settings = replace(
+        runs["first"].settings,
+        shape=replace(ShapeParameters.tuned(), wall_mm=2.5),
+        matching=Matching(offsets_s=(("view1", 0.4),)),
     )
-    assert "--preset tuned --wall 2.5" in commands(walled, dataset, protocol="held-out", against=None)[0]
+    judged = JudgedRun(replace(runs["first"], settings=settings), dataset, "held-out", ("any", "implausible"))
+    lines = commands(judged, against=None)
+    assert "--preset tuned --wall 2.5 --offset view1=0.4 " in lines[0]
+    assert lines[2].endswith("--protocol held-out --without any --without implausible")
+    assert "--without any --without implausible --out" in lines[3]
+    by_number = replace(settings, matching=Matching(by="index"))
+    assert "--match index" in commands(replace(judged, run=replace(judged.run, settings=by_number)), against=None)[0]
     assert len(blocks_of(run_report(runs["first"], dataset), Commands)) == 1
 
 
@@ -129,6 +139,15 @@ def test_hostile_texts_of_files_stay_texts_in_tables_and_report(tiny_dataset_roo
         assert not any(
             cell[:1] in tuple("=+-@") and not cell[1:2].isdigit() for row in csv.reader(file) for cell in row
         )
+
+
+def test_flagged_rows_are_left_out_everywhere_and_named(dataset, runs):
+    rows = tuple({**row, "flags": "implausible" * (row["recording_id"] == "000000")} for row in runs["first"].rows)
+    report = run_report(replace(runs["first"], rows=rows), dataset, without=("implausible",))
+    assert "2 recordings of the dataset" in report.banner.text
+    notes = report.sections[1].blocks[1].sentences
+    assert "1 of 3 rows raise a flag (implausible), left out: recording 000000." in notes
+    assert set(blocks_of(report, Table)[-3].table["recording"]) == {"000001", "000002"}
 
 
 def test_a_run_without_rows_of_the_dataset_is_one_sentence(dataset, runs):

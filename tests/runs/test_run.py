@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from corsmal.dataset import open_dataset
+from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError, FileError
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import Run, list_runs, load_run
@@ -34,11 +35,21 @@ def test_settings_survive_too(run, dataset, store):
         filling=WeightsFile("filling", Path("/weights/filling.safetensors"), "environment"),
         features=Path("/features"),
         detector=DetectorSettings("demo", Path("/weights/detector.safetensors"), every=7),
+        matching=Matching(offsets_s=(("view1", 0.4), ("view2", -0.1))),
     )
     own = replace(run, name="own", id="", settings=settings, digests={**run.digests, "detector": "small 1"})
     save_run(own, store=store)
     assert_same(own, load_run("own", dataset=dataset.root, store=Store(store.root)))
     assert own.preset == "own parameters"
+    assert own.facts()["views matched"] == "by time, view1 +0.4 s, view2 −0.1 s"
+
+
+def test_a_run_of_an_earlier_version_matched_its_views_by_time(run, dataset, store):
+    content = store.json("runs", run.id)
+    assert content is not None
+    assert content["settings"].pop("matching") == {"by": "time", "offsets_s": []}
+    store.save_json("runs", run.id, content)
+    assert_same(run, load_run("first", dataset=dataset.root, store=store))
 
 
 @pytest.mark.parametrize("name", ["", "   ", "x" * 61, "a\nb"])

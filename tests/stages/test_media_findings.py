@@ -9,6 +9,8 @@ import pytest
 import soundfile
 
 from corsmal.dataset import open_dataset
+from corsmal.estimation.view_offsets import ViewOffset
+from corsmal.stages import media_findings
 from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors, load_estimate
 from corsmal.stages.examination import ExamineTask
@@ -110,3 +112,14 @@ def test_views_at_two_rates_are_fitted_by_the_frames_that_belong_together(root, 
     assert row["capacity_ml"] == pytest.approx(whole["capacity_ml"], rel=0.1)
     assert row["flags"] == "views-by-time"
     assert "frames are matched by time" in row["notes"]
+
+
+def test_an_offset_that_the_motion_shows_is_found_with_what_to_do(root, monkeypatch):
+    recording = open_dataset(root)["000000"]
+    assert media_findings.offset_findings(recording, {}) == []
+    found = (ViewOffset("view1", "view3", -0.2),)
+    monkeypatch.setattr(media_findings, "find_offsets", lambda *_: found)
+    [finding] = media_findings.offset_findings(recording, {})
+    assert (finding.severity, finding.kind) == ("warning", "video")
+    assert "view1 seems to have been filmed 0.20 s earlier than it is matched with view3" in finding.what
+    assert finding.advice == "try --offset view1=-0.2, or the Frames page"

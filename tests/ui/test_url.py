@@ -28,7 +28,9 @@ CHOICES = [
     Choice("1", view="reproduction", run="a run & more", section="Errors", protocol="paper", metric="mass_mape"),
     Choice("1", classes="filling_level", beside="counts", against="b", within_percent=12.0, collection="μ-group"),
     Choice("1", numbers=(("height_mm", 120.5), ("capacity_ml", None), ("mm_per_px", 0.25))),
-    Choice("1", rows=("red cup",), only_failed=True),
+    Choice("1", rows=("red cup",), only_failed=True, without=("any", "implausible")),
+    Choice("1", match="index"),
+    Choice("1", offsets_s=(("view1", 0.4), ("view3", -0.0333))),
 ]
 
 
@@ -78,6 +80,12 @@ def test_defaults_stay_out_of_the_address():
         ({"boxes": "yes"}, "True or False"),
         ({"tilt": "90"}, "0–15"),
         ({"crop": "1.2"}, "finite"),
+        ({"match": "sound"}, "index"),
+        ({"offset": "view9:1"}, "view1"),
+        ({"offset": "view1:nan"}, "finite"),
+        ({"offset": "view1"}, "finite"),
+        ({"offset": "view1:1~view1:2"}, "each view once"),
+        ({"without": "loud"}, "any, detections-interpreted"),
         ({"crop": "2-1"}, "START-END"),
         ({"crop": "-1-2"}, "finite"),
         ({"crop": "0-inf"}, "finite"),

@@ -8,7 +8,6 @@ import streamlit as st
 from corsmal.dataset import Dataset
 from corsmal.errors import CorsmalError
 from corsmal.evaluation import METRICS
-from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.typesetting import TITLES
 from corsmal.runs.keeping import NOTE_MAX, label_run
 from corsmal.runs.names import NAME_MAX
@@ -18,7 +17,7 @@ from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged, averages, deleted
 from corsmal.ui.evaluation.new_run import job_key
 from corsmal.ui.evaluation.overlay import compare_parameters, overlay
 from corsmal.ui.evaluation.runs import delete, restore, show_run, undo_control
-from corsmal.ui.evaluation.sections import protocol_control
+from corsmal.ui.evaluation.sections import flags_control, protocol_control
 from corsmal.ui.evaluation.tables import SHORT
 from corsmal.ui.folders import check_may_change, is_read_only
 from corsmal.ui.following import follow
@@ -32,14 +31,17 @@ def all_runs(dataset: Dataset) -> None:
     found, key = runs(dataset), job_key(dataset)
     undo_control(dataset)
     follow(key)
-    left, right = st.columns([4, 1], vertical_alignment="bottom")
+    left, middle, right = st.columns([3, 3, 1.4], vertical_alignment="bottom")
     with left:
         protocol = protocol_control()
+    with middle:
+        without = flags_control([run.table for run in found])
     archived = sum(run.is_archived for run in found)
     is_all = bool(archived) and right.toggle(f"Archived too ({archived})", key="runs_archived")
     shown = [run for run in found if is_all or not run.is_archived]
     if shown:
-        _table(shown, dataset, protocol, running=shared.jobs().is_active(key))
+        judged = [Judged(run, dataset, protocol, without) for run in shown]
+        _table(judged, running=shared.jobs().is_active(key))
     else:
         st.info(
             "There is no run on this dataset yet: make one under *Results*."
@@ -50,22 +52,23 @@ def all_runs(dataset: Dataset) -> None:
     _deleted(dataset)
 
 
-def _table(shown: list[Run], dataset: Dataset, protocol: Protocol, *, running: bool) -> None:
-    key = f"all_runs {protocol} {[run.id for run in shown]}"
-    chosen = [shown[row] for row in _ticked(key) if row < len(shown)]
+def _table(judged: list[Judged], *, running: bool) -> None:
+    shown, first = [each.run for each in judged], judged[0]
+    key = f"all_runs {first.protocol} {first.without} {[run.id for run in shown]}"
+    chosen = [judged[row] for row in _ticked(key) if row < len(judged)]
     place = st.container(key="beside_runs")
     left, right = place.columns([11, 5], gap="medium") if len(chosen) == 1 else (place, None)
     with left:
-        _runs_table([Judged(run, dataset, protocol) for run in shown], key=key, running=running)
+        _runs_table(judged, key=key, running=running)
         st.caption(
             "MPF1 of level and type (↑), MAPE of the others (↓), averages over containers in %. Click a heading to "
             "sort. Tick a run to rename it, to write a note, to archive or delete it; tick several to compare them."
         )
     if right is not None:
         with right:
-            _one(chosen[0], running=running)
+            _one(chosen[0].run, running=running)
     if len(chosen) > 1:
-        _several(chosen, dataset, protocol, running=running)
+        _several(chosen, running=running)
 
 
 def _ticked(key: str) -> list[int]:
@@ -150,10 +153,10 @@ def _label_form(run: Run) -> None:
             _label(run, name=name, note=note)
 
 
-def _several(chosen: list[Run], dataset: Dataset, protocol: Protocol, *, running: bool) -> None:
-    compare_parameters(chosen)
-    overlay([Judged(run, dataset, protocol) for run in chosen if run.rows])
-    _archive_and_delete(chosen, running=running)
+def _several(chosen: list[Judged], *, running: bool) -> None:
+    compare_parameters([each.run for each in chosen])
+    overlay([each for each in chosen if each.run.rows])
+    _archive_and_delete([each.run for each in chosen], running=running)
 
 
 def _archive_and_delete(chosen: list[Run], *, running: bool) -> None:

@@ -7,14 +7,12 @@ import pandas as pd
 import plotly.graph_objects as go
 import streamlit as st
 
-from corsmal.dataset import Dataset
 from corsmal.evaluation import ENDINGS, TABLE_FORMATS, export_table, submission_csv, submission_table
-from corsmal.evaluation.escaping import csv_file
+from corsmal.evaluation.estimates import estimates_csv
 from corsmal.evaluation.exporting import TableFormat
 from corsmal.evaluation.typesetting import TITLES
 from corsmal.figures.pins import Pin
 from corsmal.figures.style import Part
-from corsmal.runs.run import Run
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.evaluation.judged import Judged
 from corsmal.ui.pins import pin_button
@@ -30,23 +28,23 @@ def submission(judged: Judged) -> None:
     run = judged.run
     download_buttons(
         {
-            "Estimates as CSV": (f"{run.name}_estimates.csv", partial(estimates_file, run)),
+            "Estimates as CSV": (f"{run.name}_estimates.csv", partial(estimates_file, judged)),
             "The challenge's submission file": (
                 f"{run.name}_submission.csv",
-                partial(submission_file, run, judged.dataset),
+                partial(submission_file, judged),
             ),
         }
     )
 
 
-def estimates_file(run: Run) -> bytes:
-    """A run's estimates as ``runs export`` writes them to a CSV file."""
-    return csv_file(run.table).encode()
+def estimates_file(judged: Judged) -> bytes:
+    """A run's estimates as ``runs export`` writes them to a CSV file, without the rows that are left out."""
+    return estimates_csv(judged.table).encode()
 
 
-def submission_file(run: Run, dataset: Dataset) -> bytes:
-    """The challenge's file as ``submit`` writes it."""
-    return submission_csv(submission_table(run.table, recordings=dataset.ids)).encode()
+def submission_file(judged: Judged) -> bytes:
+    """The challenge's file as ``submit`` writes it; rows that are left out have no estimate in it."""
+    return submission_csv(submission_table(judged.table, recordings=judged.dataset.ids)).encode()
 
 
 def pin_figure(
@@ -69,12 +67,16 @@ def pin_figure(
                 f"{title}, run {run.name}",
                 go.Figure(figure),
                 numbers=numbers or {},
-                parameters={"protocol": TITLES[judged.protocol], **run.facts()},
+                parameters={"protocol": TITLES[judged.protocol], **_left_out(judged), **run.facts()},
                 run=run.name,
             )
         ],
         key=key,
     )
+
+
+def _left_out(judged: Judged) -> dict[str, str]:
+    return {"rows left out": ", ".join(judged.without)} if judged.without else {}
 
 
 def notes(sentences: tuple[str, ...]) -> None:

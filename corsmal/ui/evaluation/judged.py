@@ -47,17 +47,19 @@ class Judged:
         run: the run.
         dataset: has the annotation.
         protocol: which numbers of networks count.
+        without: flags whose rows are left out.
     """
 
     run: Run
     dataset: Dataset
     protocol: Protocol
+    without: tuple[str, ...] = ()
 
     @cached_property
     def key(self) -> tuple[object, ...]:
         """What is cached is not used once the run's rows or the annotation changed."""
         annotation = int(pd.util.hash_pandas_object(self.dataset.table).sum())
-        return self.run.key, str(self.dataset.root), annotation, self.protocol
+        return self.run.key, str(self.dataset.root), annotation, self.protocol, self.without
 
     @property
     def split(self) -> FoundSplit:
@@ -66,7 +68,12 @@ class Judged:
 
     @cached(32)
     def _kept(self) -> JudgedRun:
-        return JudgedRun(self.run, self.dataset, self.protocol)
+        return JudgedRun(self.run, self.dataset, self.protocol, self.without)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The run's estimates without the rows that are left out."""
+        return self._kept().table
 
     def errors(self) -> pd.DataFrame:
         """The error table."""
@@ -79,7 +86,7 @@ class Judged:
     @cached(8)
     def scores(self, split: Split, absent: Absent = "skip") -> pd.Series:
         """The challenge's scores, with ``attrs["notes"]``."""
-        submission = submission_table(self.run.table)
+        submission = submission_table(self.table)
         return challenge_scores(self.dataset.table, submission, split=split, absent=absent, errors=self.errors())
 
     def _first(self, run: Run) -> "Judged":
@@ -94,7 +101,7 @@ class Judged:
     def attributed(self, replaced: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
         """What goes away with each stage replaced by the truth, see ``attribution_table``."""
         rng = np.random.default_rng(RESAMPLES_SEED)
-        return attribution_table(self.run.table, replaced, self.dataset.table, rng=rng, protocol=self.protocol)
+        return attribution_table(self.table, replaced, self.dataset.table, rng=rng, protocol=self.protocol)
 
     @cached(8, key=lambda judged, grid, _rows: by_key(judged, grid))
     def swept(self, grid: Grid, rows: list[dict[str, Any]]) -> pd.DataFrame:

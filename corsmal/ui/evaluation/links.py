@@ -82,12 +82,18 @@ def open_recording(run: Run, recording: str, *, metric: str, page: str | None = 
     """Go to a page, by default that of a metric's stage, with the run's parameters, frame and pair."""
     row = next((row for row in run.rows if row["recording_id"] == recording), {})
     pair = tuple(str(row.get("pair") or "").split(" + "))
-    shape = run.settings.shape
+    shape, matching = run.settings.shape, run.settings.matching
     session.choose(
         recording=recording,
         shape=shape,
         estimate=estimate_of(shape),
-        **OF_RECORDING | {"frame": row.get("best_frame"), "pair": pair if pair in PAIRS else None},
+        **OF_RECORDING
+        | {
+            "frame": row.get("best_frame"),
+            "pair": pair if pair in PAIRS else None,
+            "match": None if matching.by == "time" else matching.by,
+            "offsets_s": matching.offsets_s,
+        },
     )
     page = page or (STAGE_PAGES[metric] if metric != "failures" else _failed_stage(row))
     st.switch_page(f"pages/{page}.py")

@@ -22,7 +22,7 @@ from corsmal.runs.reproduction_settings import (
     check_features,
     plan,
 )
-from corsmal.ui import shared
+from corsmal.ui import session, shared
 from corsmal.ui.evaluation.new_run import detector_settings
 from corsmal.ui.folders import allowed_folder
 from corsmal.ui.job import Job
@@ -98,6 +98,7 @@ def _settings(dataset: Dataset) -> ReproductionSettings:
         features=None if folder is None else folder.resolve(),
         detector=detector_settings(next(iter(dataset), None)),
         is_quick=is_quick,
+        matching=session.choice().matching,
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import streamlit as st
 
 from corsmal.dataset import Dataset, Recording
+from corsmal.dataset.clock import Matching
 from corsmal.engines.local import local_engine
 from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS, ShapeParameters
@@ -62,7 +63,10 @@ def new_run(dataset: Dataset, taken: list[str]) -> None:
                 f"The run leaves out its estimates; train it with `python -m corsmal train {weights.kind} ROOT RUN` "
                 f"and name it in `CORSMAL_{weights.kind.upper()}_WEIGHTS`."
             )
-    settings = default_settings(dataset, shape=presets[preset], detector=detector)
+    matching = session.choice().matching
+    if matching != Matching():
+        st.caption(f":material/schedule: The views of all recordings are matched {matching}, as on the *Frames* page.")
+    settings = default_settings(dataset, shape=presets[preset], detector=detector, matching=matching)
     left_out = left_out_note(dataset, settings)
     if left_out:
         st.caption(f":material/info: {left_out}")

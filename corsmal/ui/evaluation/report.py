@@ -60,6 +60,7 @@ def report_section(judged: Judged) -> None:
             judged.run,
             judged.dataset,
             protocol=judged.protocol,
+            without=judged.without,
             against=others.get(str(against)),
             pins=pinned.load(store=shared.store()),
             title=title.strip(),

@@ -108,6 +108,7 @@ def _show(kept: KeptReproduction, dataset: Dataset) -> None:
         "parameters of the fit": kept.run.preset,
         "features": settings.features or "log-mel of the sound",
         "detector": "none" if settings.detector is None else settings.detector.method,
+        "views matched": settings.matching,
     }
     st.caption(f":material/tune: {plain(' · '.join(f'{name}: {value}' for name, value in facts.items()))}")
     if settings.is_quick:

@@ -1,12 +1,18 @@
 """The sections of the Evaluation page; only the one that is shown is computed."""
 
+from collections.abc import Sequence
+
+import pandas as pd
 import streamlit as st
 
 from corsmal.dataset import Dataset
 from corsmal.evaluation import STAMPS
+from corsmal.evaluation.flagged import flag_counts
 from corsmal.evaluation.protocols import Protocol
 from corsmal.evaluation.typesetting import TITLES
+from corsmal.notes import FLAGS
 from corsmal.runs.run import Run
+from corsmal.ui import session
 from corsmal.ui.evaluation.attribution import attribution_section
 from corsmal.ui.evaluation.comparison import comparison_section
 from corsmal.ui.evaluation.downloads import notes
@@ -48,10 +54,40 @@ def protocol_control() -> Protocol:
     return protocol
 
 
+def flags_control(tables: Sequence[pd.DataFrame]) -> tuple[str, ...]:
+    """Choose flags whose rows are left out of estimates tables; nothing is shown where no row raises one."""
+    counts = flag_counts(pd.concat(tables)) if tables else {}
+    chosen, state = session.choice().without, st.session_state
+    options = [*counts, *(flag for flag in chosen if flag not in counts)]
+    if not options:
+        return ()
+    state["without_control"] = list(chosen)
+    st.multiselect(
+        "Leave out rows with flags",
+        options,
+        key="without_control",
+        format_func=lambda flag: f"{flag} ({counts.get(flag, 0)})",
+        placeholder="none",
+        help="What was assumed, cut or implausible; the number of rows stands in brackets. "
+        + " ".join(f"`{flag}`: {FLAGS[flag]}" for flag in options if flag in FLAGS),
+        on_change=lambda: session.choose(without=tuple(state["without_control"])),
+    )
+    return chosen
+
+
 @st.fragment
 @guarded()
 def show_section(name: str, run: Run, dataset: Dataset) -> None:
     """Draw one section."""
-    judged = Judged(run, dataset, protocol_control())
+    left, right = st.columns(2, vertical_alignment="bottom")
+    with left:
+        protocol = protocol_control()
+    with right:
+        judged = Judged(run, dataset, protocol, flags_control([run.table]))
+    left_out = len(run.table) - len(judged.table)
+    if left_out:
+        st.caption(
+            f":material/flag: {left_out} of {len(run.table)} rows are left out, here, in downloads and in the report."
+        )
     notes(judged.errors().attrs.get("notes", ()))
     SECTIONS[name](judged)
