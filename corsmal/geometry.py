@@ -88,12 +88,13 @@ class Camera:
         return replace(self, intrinsic=to_scaled @ self.intrinsic, size=size)
 
 
-def triangulate(cameras: Sequence[Camera], points_px: ArrayLike) -> Floats:
+def triangulate(cameras: Sequence[Camera], points_px: ArrayLike, *, has_unit_rows: bool = True) -> Floats:
     """The world point seen at one pixel in each camera, by linear (DLT) triangulation.
 
     Args:
         cameras: two or more cameras.
         points_px: (n, 2) pixels, one per camera.
+        has_unit_rows: whether the rows of the linear system are scaled to unit length, or stay as they are (OpenCV).
 
     Returns:
         (3,) metres. Not finite where the rays are exactly parallel: check ``parallax_deg`` for nearly parallel ones.
@@ -109,7 +110,7 @@ def triangulate(cameras: Sequence[Camera], points_px: ArrayLike) -> Floats:
         for camera, point in zip(cameras, points, strict=True)
         for axis in (0, 1)
     ]
-    system = np.array([row / np.linalg.norm(row) for row in rows])
+    system = np.array([row / np.linalg.norm(row) for row in rows] if has_unit_rows else rows)
     homogeneous = np.linalg.svd(system)[2][-1]
     with np.errstate(divide="ignore", invalid="ignore"):
         return homogeneous[:3] / homogeneous[3]

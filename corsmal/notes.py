@@ -11,6 +11,8 @@ FLAGS = {
     "views-by-index": "The views differ in frame rate, number of frames or start, and were matched by frame number.",
     "unit-assumed": "The cameras' translations were taken for millimetres or centimetres.",
     "implausible": "A camera, the container's size or the distance between the views' rays is not plausible.",
+    "width-missing": "A width could not be measured by itself, and is a training mean or missing.",
+    "frame-fallback": "No frame passed the rules of selection, and a fixed one was taken.",
     "sound-repaired": "The sound file's samples were rescaled, or its header is wrong and was not followed.",
     "sound-cut": "The sound was cut where its recorder should have been stopped.",
     "sound-outside-training": "The sound's sampling rate is lower than that of the sound the network learned from.",

@@ -13,7 +13,7 @@ from corsmal.ui.pair import chosen_best
 from corsmal.ui.time_line import time_line
 
 st.title("Filling")
-opened = OpenedRecording(session.opened()[1])
+opened = OpenedRecording(session.opened()[1], session.choice().selected_by)
 watch_detection(opened)
 session.keep_frame_within(opened.frames)
 weights_note(opened.recording)

@@ -1,11 +1,19 @@
-"""Every frame's View Score, and the detections behind it."""
+"""Every frame's View Score, and the rules and detections behind it."""
 
 import streamlit as st
 
 from corsmal.parameters import SHAPE_PRESETS
+from corsmal.ui import session
 from corsmal.ui.detecting import open_detected
 from corsmal.ui.frame_clock import clock_control
-from corsmal.ui.frames import detections_tables, picture_pins, score_line, score_plot
+from corsmal.ui.frames import (
+    detections_tables,
+    picture_pins,
+    rules_table,
+    score_line,
+    score_plot,
+    selection_control,
+)
 from corsmal.ui.look import heading
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import pair_control
@@ -14,10 +22,12 @@ from corsmal.ui.time_line import ALL_KEYS, time_line
 
 controls = heading("Frames")
 opened = open_detected()
-paper = SHAPE_PRESETS["paper"]
+shape = SHAPE_PRESETS[session.choice().selection_name]
 with controls, st.container(horizontal=True, vertical_alignment="bottom"):
     with st.container(width="content"):
-        best = pair_control(opened, opened.estimate(paper), paper)
+        selection_control()
+    with st.container(width="content"):
+        best = pair_control(opened, opened.estimate(shape), shape)
     with st.container(width="content"):
         clock_control(opened)
 
@@ -27,6 +37,7 @@ def browse(opened: OpenedRecording) -> None:
     if best.scores:
         score_line(best, frame, frames=opened.frames)
         score_plot(opened, best)
+    rules_table(opened, best, frame)
     detections_tables(opened, best, frame)
     pin_button("the pictures", lambda: picture_pins(opened, best, frame), key="frames")
 

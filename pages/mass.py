@@ -19,7 +19,7 @@ with controls, st.container(horizontal=True, vertical_alignment="bottom"):
     with st.container(width="content"):
         estimate_control()
     with st.container(width="content"):
-        best = pair_control(opened, found, shape)
+        best = mass.best_for_mass(found, pair_control(opened, found, shape))
     with st.container(width="content"):
         axis = mass_network.axis_control(network)
 

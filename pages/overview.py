@@ -22,7 +22,7 @@ from corsmal.ui.overview.tiles import Tiles
 from corsmal.ui.pins import pin_button
 
 dataset, recording = session.opened()
-opened = OpenedRecording(recording)
+opened = OpenedRecording(recording, session.choice().selected_by)
 with heading("Overview"):
     estimate_control()
 status = st.empty()

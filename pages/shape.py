@@ -52,7 +52,7 @@ def fit_panel(opened: OpenedRecording) -> None:
         hull = None if beside is None else (beside[0], beside[1].hull)
         if fit.hull.ok:
             hull_plots(opened, fit, beside=hull, estimated=estimated)
-    reprojections(opened, best, fit, frame=frame, points=shape.points, agreements=agreements)
+    reprojections(opened, best, fit, frame=frame, shape=shape, agreements=agreements)
     if fit.hull.ok:
         hull_downloads(opened.id, fit)
         numbers = measured_numbers(found, name=estimate_name, fits=fits)

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, Protocol
 
@@ -19,9 +20,16 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from corsmal.errors import CorsmalError
+from corsmal.errors import ArgumentError, CorsmalError
 from corsmal.notes import listening
-from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
+from corsmal.parameters import (
+    SELECTION_PRESETS,
+    SHAPE_PRESETS,
+    SelectionParameters,
+    ShapeParameters,
+    own_selection,
+    read_pair,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -81,6 +89,8 @@ Without = Annotated[
     ),
 ]
 PRESET_HELP = f"Parameters of the fit: {', '.join(SHAPE_PRESETS)}."
+SELECTION_HELP = f"Rules for the best frame: {', '.join(SELECTION_PRESETS)}; default: those of the preset of the fit."
+PAIRS_HELP = "Pairs of views in the order in which they are tried, such as view3-view1,view3-view2."
 
 
 class Report(Protocol):
@@ -191,6 +201,32 @@ def view_matching(match: Literal["time", "index"] | None, offsets: list[str] | N
         except ValueError:
             raise typer.BadParameter(f"{offset!r} is not like view1=0.4", param_hint="--offset") from None
     return Matching(match or "time", tuple(found))
+
+
+def selection_preset(name: str | None, *, preset: str) -> SelectionParameters:
+    """The rules for the best frame that ``--selection`` names, by default those of a preset of the fit.
+
+    Raises:
+        typer.BadParameter: there is no such preset.
+    """
+    name = name or own_selection(preset)
+    if name not in SELECTION_PRESETS:
+        raise typer.BadParameter(f"available presets: {', '.join(SELECTION_PRESETS)}", param_hint="--selection")
+    return SELECTION_PRESETS[name]
+
+
+def with_pairs(shape: ShapeParameters, pairs: str | None) -> ShapeParameters:
+    """The parameters of the fit with the pairs that ``--pairs`` names, if any.
+
+    Raises:
+        typer.BadParameter: they are no pairs of the method's views.
+    """
+    if pairs is None:
+        return shape
+    try:
+        return replace(shape, pairs=tuple(map(read_pair, pairs.split(","))))
+    except ArgumentError as error:
+        raise typer.BadParameter(str(error), param_hint="--pairs") from None
 
 
 def chosen(dataset: "Dataset", ids: list[str] | None) -> "list[Recording]":

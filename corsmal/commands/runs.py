@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from corsmal.commands import (
+    PAIRS_HELP,
     PRESET_HELP,
+    SELECTION_HELP,
     DetectFirst,
     FeatureFolder,
     Ids,
@@ -17,8 +19,10 @@ from corsmal.commands import (
     Root,
     complain,
     say,
+    selection_preset,
     shape_preset,
     view_matching,
+    with_pairs,
 )
 from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine, resumable_progress
 from corsmal.errors import CorsmalError, NotFoundError
@@ -51,6 +55,8 @@ def estimate(
     ] = None,
     out: Annotated[Path, typer.Option(help="File to write: .csv, .json or .parquet.")] = Path("estimates.csv"),
     preset: Annotated[str | None, typer.Option(help=PRESET_HELP, show_default="paper")] = None,
+    selection: Annotated[str | None, typer.Option(help=SELECTION_HELP)] = None,
+    pairs: Annotated[str | None, typer.Option(help=PAIRS_HELP, show_default="the preset's")] = None,
     wall: Annotated[
         float | None, typer.Option(help="Wall thickness of round containers in mm; default: the preset's.")
     ] = None,
@@ -79,17 +85,19 @@ def estimate(
     from corsmal.stages.settings import default_settings, find_detector, left_out_note
     from corsmal.store import Store
 
-    chosen_shape = shape_preset(preset or "paper")
+    chosen_shape = with_pairs(shape_preset(preset or "paper"), pairs)
+    chosen_selection = selection_preset(selection, preset=preset or "paper")
     dataset, store = open_dataset(root), Store()
     is_kept = _is_writable(store)
     earlier = None if name is None else load_run(name, dataset=dataset.root, store=store)
-    options = (ids, preset, wall, means, filling, mass, features, detector, match, offset)
+    options = (ids, preset, selection, pairs, wall, means, filling, mass, features, detector, match, offset)
     if earlier is not None and all(option in (None, []) for option in options):
         settings, wanted = earlier.settings, earlier.recordings
     else:
         settings = default_settings(
             dataset,
             shape=chosen_shape if wall is None else replace(chosen_shape, wall_mm=wall),
+            selection=chosen_selection,
             means=None if means is None else TrainingMeans.of(open_dataset(means)),
             filling=filling,
             mass=mass,

@@ -16,6 +16,7 @@ from corsmal.detection import Detector, detect_view
 from corsmal.digests import file_fingerprint
 from corsmal.engines.engine import Row
 from corsmal.errors import CorsmalError
+from corsmal.estimation import counted_frames
 from corsmal.stages.detections import needs_detection
 from corsmal.stages.estimates import Predictors, load_estimate
 from corsmal.stages.inspection import Piece
@@ -75,7 +76,8 @@ class EstimateTask:
             network = open_detector(detector, self.digest)
             here: dict[str, Any] = {"cancelled": self.cancelled, "progress": self.frames}
             try:
-                detect_recording(recording, network, store=store, every=detector.every, **here)
+                frames = counted_frames(recording, self.settings.selection)
+                detect_recording(recording, network, store=store, every=detector.every, frames=frames, **here)
             except CorsmalError as error:
                 problem = str(error)
         row = load_estimate(recording, open_predictors(self.settings, self.key), store=store)

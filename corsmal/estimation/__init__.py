@@ -1,6 +1,6 @@
 """One recording to one estimate: detections, best frame, hull, container mass, filling."""
 
-from corsmal.estimation.detected import container_mask, file_detections, read_view_detections
+from corsmal.estimation.detected import container_mask, counted_frames, file_detections, read_view_detections
 from corsmal.estimation.estimate import estimate, mass_inputs
 from corsmal.estimation.fit import Fit, MaskSource, RecordingMasks, fit_frame, fit_masks
 from corsmal.estimation.means import TrainingMeans
@@ -15,6 +15,7 @@ __all__ = [
     "TrainingMeans",
     "choose_frames",
     "container_mask",
+    "counted_frames",
     "estimate",
     "file_detections",
     "fit_frame",

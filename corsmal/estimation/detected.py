@@ -50,6 +50,14 @@ def recording_frames(recording: Recording, view: str, found: ViewDetections) -> 
     return found if by_frame is found else replace(found, by_frame=by_frame)
 
 
+def counted_frames(recording: Recording, selection: SelectionParameters) -> tuple[int, ...] | None:
+    """The frames of a recording that count for selection; None: all."""
+    if selection.interval_s is None:
+        return None
+    clock = recording.clock()
+    return selection.counted_frames(fps=clock.fps, frames=len(clock))
+
+
 def container_mask(detections: Detections, *, centre_rule: CentreRule, parameters: SelectionParameters) -> np.ndarray:
     """The (H, W) bool mask of the container among one frame's detections; all false where there is none."""
     container = filter_detections(detections, centre_rule=centre_rule, parameters=parameters).container

@@ -1,23 +1,23 @@
 """One recording to one estimate: the only place that knows the order of the stages."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, FileError, NotFoundError
-from corsmal.estimation.detected import file_detections
+from corsmal.estimation.detected import counted_frames, file_detections
 from corsmal.estimation.fit import FitSource, MaskSource, RecordingMasks, fit_frame
 from corsmal.estimation.plausibility import calibration_notes, implausible
-from corsmal.estimation.records import Estimate
-from corsmal.estimation.several import choose_frames, combine_fits
+from corsmal.estimation.records import FITTED, Estimate
+from corsmal.estimation.several import Combined, choose_frames, combine_fits
 from corsmal.filling.records import FillingPrediction
 from corsmal.mass.physics import mm_per_pixel
 from corsmal.notes import Note, prefixed
-from corsmal.parameters import FRONTAL_VIEW, PAIRS, SelectionParameters, ShapeParameters
-from corsmal.quantities import DIMENSIONS, MEASURED
-from corsmal.selection import FrameDetections
+from corsmal.parameters import FRONTAL_VIEW, SelectionParameters, ShapeParameters
+from corsmal.quantities import BY_NAME, DIMENSIONS, MEASURED
+from corsmal.selection import FrameDetections, best_frame_of_view
 
 if TYPE_CHECKING:
     from corsmal.filling.features import Features
@@ -39,15 +39,16 @@ def estimate(
 ) -> Estimate:
     """Everything the system says about one recording.
 
-    The pairs of views are tried in order: best frame, or the best of several stretches, then fit. A fit that cannot be
-    true, see ``plausibility``, counts as failed. If both fail the estimate holds ``means``, and says so. The mass is
-    predicted from the robot's view in the fitted frame, the filling from the sound.
+    The pairs of views of ``shape`` are tried in order: best frame, or the best of several stretches, then fit. A fit
+    that cannot be true, see ``plausibility``, counts as failed. If all fail the estimate holds ``means``, and says so;
+    a width that could not be measured by itself is its mean, and a note says so. The mass is predicted from the robot's
+    view in the frame that ``selection`` says, the filling from the sound.
 
     Args:
         recording: the recording.
         detections: unfiltered detections by view and frame; default: the files beside the videos.
         shape: parameters of the fit; default: the paper's.
-        selection: parameters of the filter; default: the paper's.
+        selection: how detections are filtered and frames scored; default: the paper's.
         means: what stands in where nothing can be fitted, see ``TrainingMeans``; without them a failure holds no
             numbers.
         filling: tells type and level; default: they are left out.
@@ -61,7 +62,7 @@ def estimate(
     notes: tuple[str, ...] = ()
     if detections is None:
         detections, notes = file_detections(recording)
-    shape = shape or ShapeParameters.paper()
+    shape, selection = shape or ShapeParameters.paper(), selection or SelectionParameters()
     fits = fits or partial(fit_frame, recording, detections, shape=shape, selection=selection)
     found = _geometry(
         recording,
@@ -73,8 +74,7 @@ def estimate(
         notes=(*notes, *calibration_notes(recording)),
     )
     if mass is not None:
-        masks = RecordingMasks(recording, detections, selection or SelectionParameters())
-        found = _with_mass(found, mass_inputs(found, masks), mass)
+        found = _with_mass(found, RecordingMasks(recording, detections, selection), mass, means or {})
     return found if filling is None else _with_filling(found, recording, filling, features)
 
 
@@ -83,47 +83,74 @@ def _geometry(
     detections: Mapping[str, FrameDetections],
     *,
     shape: ShapeParameters,
-    selection: SelectionParameters | None,
+    selection: SelectionParameters,
     fits: FitSource,
     means: Mapping[str, float],
     notes: tuple[str, ...],
 ) -> Estimate:
-    for position, pair in enumerate(PAIRS):
-        best, frames = choose_frames(detections, pair=pair, shape=shape, selection=selection)
+    counted = counted_frames(recording, selection)
+    masks = RecordingMasks(recording, detections, selection)
+    for position, pair in enumerate(shape.pairs):
+        best, frames = choose_frames(detections, pair=pair, shape=shape, selection=selection, counted=counted)
+        name = " + ".join(pair)
         if best.frame is None:
-            notes += (f"{' + '.join(pair)}: {best.reason}",)
+            notes += (f"{name}: {best.reason}",)
             continue
+        if best.is_fallback:
+            notes += (Note(f"{name}: {best.reason}", flag="frame-fallback"),)
         fitted = [fits(pair=pair, frame=frame, centre_rule=best.centre_rule) for frame in frames]
         found = combine_fits(fitted, recording)
-        if found is not None:
-            values: dict[str, Any] = dict(found.values)
-            masks = RecordingMasks(recording, detections, selection or SelectionParameters())
-            reason = implausible(found.fit, values, masks, centre_rule=best.centre_rule)
-            if reason:
-                sentence = f"{' + '.join(pair)}, frame {found.fit.frame}: {reason}"
-                notes += (Note(sentence, flag="implausible"),)
-                continue
-            return Estimate(
-                recording.id,
-                "fitted" if position == 0 else "fitted, second pair",
-                **values,
-                best_frame=replace(best, frame=found.fit.frame, is_by_fit=len(frames) > 1),
-                fit=found.fit,
-                notes=notes,
-                intervals=found.intervals,
-            )
-        reasons = {
-            fit.dimensions.reason: f"{' + '.join(pair)}, frame {fit.frame}: {fit.dimensions.reason}" for fit in fitted
-        }
-        notes += tuple(reasons.values())
+        if found is None:
+            reasons = {fit.dimensions.reason: f"{name}, frame {fit.frame}: {fit.dimensions.reason}" for fit in fitted}
+            notes += tuple(reasons.values())
+            continue
+        reason = implausible(found.fit, found.values, masks, centre_rule=best.centre_rule)
+        if reason:
+            notes += (Note(f"{name}, frame {found.fit.frame}: {reason}", flag="implausible"),)
+            continue
+        values, missing = _completed(found, means)
+        result = Estimate(
+            recording.id,
+            FITTED[position],
+            **values,
+            best_frame=replace(best, frame=found.fit.frame, is_by_fit=len(frames) > 1),
+            fit=found.fit,
+            notes=(*notes, *missing),
+            intervals=found.intervals,
+        )
+        return replace(result, mass_frame=_mass_frame(result, detections, selection, counted))
     values = {name: means.get(name) for name in MEASURED}
     return Estimate(
         recording.id, "fallback: training mean" if means else "failed", **values, best_frame=None, fit=None, notes=notes
     )
 
 
+def _completed(found: Combined, means: Mapping[str, float]) -> tuple[dict[str, Any], list[Note]]:
+    """The quantities of a fit, means in place of those that it does not measure, and sentences on these."""
+    values: dict[str, Any] = dict(found.values)
+    said = []
+    for name in [name for name, value in values.items() if value is None]:
+        values[name] = means.get(name)
+        why = found.fit.dimensions.unmeasured.get(name, "not measured")
+        instead = "it is missing" if values[name] is None else "the training mean stands in"
+        sentence = f"{BY_NAME[name].label.lower()}: {why}; {instead}"
+        said.append(Note(sentence, flag="width-missing"))
+    return values, said
+
+
+def _mass_frame(
+    found: Estimate,
+    detections: Mapping[str, FrameDetections],
+    selection: SelectionParameters,
+    counted: Collection[int] | None,
+) -> int | None:
+    if selection.mass_frame == "frontal":
+        return best_frame_of_view(detections.get(FRONTAL_VIEW, {}), parameters=selection, frames=counted)
+    return None if found.fit is None else found.fit.frame
+
+
 def mass_inputs(found: Estimate, masks: MaskSource) -> dict[str, Any] | None:
-    """What a ``MassPredictor`` is given for an estimate: its widths and height, and the fitted frame's mask and scale.
+    """What a ``MassPredictor`` is given for an estimate: its widths and height, a mask of the frontal view, its scale.
 
     Args:
         found: the estimate, with its geometry.
@@ -132,7 +159,7 @@ def mass_inputs(found: Estimate, masks: MaskSource) -> dict[str, Any] | None:
     Returns:
         Arguments of ``MassPredictor.predict``; None where nothing was fitted.
     """
-    if found.fit is None or found.fit.frame is None or found.best_frame is None:
+    if found.fit is None or found.mass_frame is None or found.best_frame is None:
         return None
     centroid_m = found.fit.hull.centroid_m
     try:
@@ -140,14 +167,20 @@ def mass_inputs(found: Estimate, masks: MaskSource) -> dict[str, Any] | None:
     except (ArgumentError, FileError, NotFoundError):
         scale = None
     return {
-        "mask": masks.mask(FRONTAL_VIEW, found.fit.frame, found.best_frame.centre_rule),
+        "mask": masks.mask(FRONTAL_VIEW, found.mass_frame, found.best_frame.centre_rule),
         **{name: getattr(found, name) for name in DIMENSIONS},
         "mm_per_px": scale,
     }
 
 
-def _with_mass(found: Estimate, inputs: Mapping[str, Any] | None, predictor: "MassPredictor") -> Estimate:
+def _with_mass(found: Estimate, masks: MaskSource, predictor: "MassPredictor", means: Mapping[str, float]) -> Estimate:
     """The estimate with the container's mass; where nothing was fitted, the mean that it may hold stays."""
+    try:
+        inputs = mass_inputs(found, masks)
+    except NotFoundError as error:
+        mean_g = means.get("container_mass_g")
+        instead = "it is missing" if mean_g is None else "the training mean stands in"
+        return replace(found, container_mass_g=mean_g, notes=(*found.notes, f"container mass: {error}; {instead}"))
     if inputs is None:
         return found
     prediction = predictor.predict(**inputs)

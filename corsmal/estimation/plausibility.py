@@ -26,12 +26,12 @@ frames of the demo reach 0.03, where a hand hides half of the container from one
 0.3."""
 
 
-def implausible(fit: Fit, values: Mapping[str, float], source: MaskSource, *, centre_rule: CentreRule) -> str:
+def implausible(fit: Fit, values: Mapping[str, float | None], source: MaskSource, *, centre_rule: CentreRule) -> str:
     """Why the fit of a pair of views cannot be true; empty where nothing speaks against it.
 
     Args:
         fit: a successful fit.
-        values: capacity, widths and height that it stands for, by quantity, mL and mm.
+        values: capacity, widths and height that it stands for, by quantity, mL and mm; None: not measured.
         source: gives the cameras and the masks.
         centre_rule: with which the masks were chosen.
     """
@@ -93,12 +93,15 @@ def _place_reason(cameras: Mapping[str, Camera], centroid_m: Floats | None) -> s
     return ""
 
 
-def _size_reason(values: Mapping[str, float]) -> str:
+def _size_reason(values: Mapping[str, float | None]) -> str:
     low, high = CAPACITY_ML
-    if not low <= values["capacity_ml"] <= high:
-        return f"not plausible: a capacity of {values['capacity_ml']:.3g} mL, expected {low:g} to {high:g} mL"
+    capacity_ml = values["capacity_ml"]
+    if capacity_ml is not None and not low <= capacity_ml <= high:
+        return f"not plausible: a capacity of {capacity_ml:.3g} mL, expected {low:g} to {high:g} mL"
     low, high = SIZE_MM
-    sizes = {"height": values["height_mm"], "width": max(values["width_top_mm"], values["width_bottom_mm"])}
+    widths = [width for name in ("width_top_mm", "width_bottom_mm") if (width := values[name]) is not None]
+    sizes = {} if values["height_mm"] is None else {"height": values["height_mm"]}
+    sizes |= {"width": max(widths)} if widths else {}
     for name, size in sizes.items():
         if not low <= size <= high:
             return f"not plausible: a {name} of {size:.3g} mm, expected {low:g} to {high:g} mm"

@@ -14,7 +14,9 @@ from corsmal.parameters import CentreRule
 from corsmal.quantities import MEASURED
 from corsmal.selection import BestFrame
 
-Status = Literal["fitted", "fitted, second pair", "fallback: training mean", "failed"]
+Status = Literal["fitted", "fitted, second pair", "fitted, third pair", "fallback: training mean", "failed"]
+FITTED: tuple[Status, ...] = ("fitted", "fitted, second pair", "fitted, third pair")
+"""The status of a fit by the position of its pair."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +24,9 @@ class Estimate:
     """What the system says about one recording.
 
     Args:
-        status: where the geometry's numbers come from; ``fallback: training mean`` and ``failed``: both pairs failed.
-        capacity_ml: mL, None when failed; likewise the widths and the height, mm.
+        status: where the geometry's numbers come from; ``fallback: training mean`` and ``failed``: all pairs failed.
+        capacity_ml: mL, None when failed; likewise the widths and the height, mm. A width may be a training mean by
+            itself, or None: a note says so.
         best_frame: the selection that led to the fit, None if none did; its frame is the fitted one.
         fit: the hull behind the numbers, None if none is.
         notes: one sentence for every pair that failed, every view without detections, every later stage that failed,
@@ -33,6 +36,7 @@ class Estimate:
         mass: where ``container_mass_g`` comes from, None when left out or when there is no fit.
         intervals: where the truth lies with a probability of 90 %, lower and upper end by quantity; empty where one
             frame was fitted or none.
+        mass_frame: the frame whose mask the mass is predicted from, None without one.
     """
 
     recording_id: str
@@ -48,6 +52,7 @@ class Estimate:
     filling: FillingPrediction | None = None
     mass: MassPrediction | None = None
     intervals: Mapping[str, Interval] = field(default_factory=dict)
+    mass_frame: int | None = None
 
     @property
     def centre_rule(self) -> CentreRule | None:

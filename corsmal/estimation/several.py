@@ -1,6 +1,6 @@
 """Several frames of a recording fitted, and what they say together."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,12 +34,12 @@ class Combined:
 
     Args:
         fit: the one that is explained best.
-        values: their weighted median, by quantity.
+        values: their weighted median, by quantity; None where no fit measures it.
         intervals: where the truth lies with a probability of 90 %, by quantity.
     """
 
     fit: Fit
-    values: Mapping[str, float]
+    values: Mapping[str, float | None]
     intervals: Mapping[str, Interval]
 
 
@@ -49,21 +49,24 @@ def choose_frames(
     pair: Pair,
     shape: ShapeParameters,
     selection: SelectionParameters | None = None,
+    counted: Collection[int] | None = None,
 ) -> tuple[BestFrame, list[int]]:
     """The frames of a pair of views that are fitted: the best one, or the best of each of ``shape.frames`` stretches.
 
-    For several frames all those with a container in both views are scored, wherever in the picture it is: the centre
-    rule may leave only the few frames in which another object was taken for the container, and one wrong object among
-    many frames is outvoted. Args are as in ``select_best_frame``.
+    For several frames all those with a container in both views are scored, wherever in the picture it is, if the
+    selection has such a rule: the centre rule may leave only the few frames in which another object was taken for the
+    container, and one wrong object among many frames is outvoted. Args are as in ``select_best_frame``; ``counted``
+    are its ``frames``.
 
     Returns:
         The scores, and the frames in order; none where there is no best frame.
     """
-    best = select_best_frame(views, pair=pair, parameters=selection)
-    if best.frame is None:
-        return best, []
-    if shape.frames > 1:
-        scores = score_frames(views, pair=pair, centre_rule="none", parameters=selection)
+    selection = selection or SelectionParameters()
+    best = select_best_frame(views, pair=pair, parameters=selection, frames=counted)
+    if best.frame is None or best.is_fallback:
+        return best, [] if best.frame is None else [best.frame]
+    if shape.frames > 1 and "none" in selection.centre_rules:
+        scores = score_frames(views, pair=pair, centre_rule="none", parameters=selection, frames=counted)
         best = replace(best, centre_rule="none", scores=scores)
     totals = [(score.frame, score.total) for score in best.scores if score.total is not None]
     stretches = np.array_split(np.arange(len(totals)), min(shape.frames, len(totals)))
@@ -85,14 +88,19 @@ def combine_fits(fits: Sequence[Fit], recording: Recording) -> Combined | None:
     table = np.array([[getattr(fit.dimensions, name) for name in GEOMETRY] for fit in alike], dtype=np.float64)
     weights = np.array([fit.hull.overlap or 1.0 for fit in alike]) ** TRUST_POWER
     low, middle, high = np.array([_quantiles(column, weights, (MIDDLE[0], 0.5, MIDDLE[1])) for column in table.T]).T
-    values = dict(zip(GEOMETRY, middle.tolist(), strict=True))
-    if len(fits) == 1:
-        return Combined(found[0], values, {})
-    return Combined(alike[0], values, _intervals(values, (high - low) / 2, pixel_mm=_pixel_mm(alike[0], recording)))
+    measured = {name: value for name, value in zip(GEOMETRY, middle.tolist(), strict=True) if not np.isnan(value)}
+    values = {name: measured.get(name) for name in GEOMETRY}
+    if len(fits) == 1 or len(measured) < len(GEOMETRY):
+        return Combined(alike[0], values, {})
+    return Combined(alike[0], values, _intervals(measured, (high - low) / 2, pixel_mm=_pixel_mm(alike[0], recording)))
 
 
 def _quantiles(values: Floats, weights: Floats, shares: Sequence[float]) -> Floats:
-    """Weighted quantiles: half of a value's weight lies on either side of it."""
+    """Weighted quantiles: half of a value's weight lies on either side of it. NaN counts only if there is no number."""
+    seen = ~np.isnan(values)
+    if not seen.any():
+        return np.full(len(shares), np.nan)
+    values, weights = values[seen], weights[seen]
     order = np.argsort(values)
     below = np.cumsum(weights[order]) - weights[order] / 2
     return np.interp(np.array(shares) * weights.sum(), below, values[order])

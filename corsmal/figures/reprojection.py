@@ -8,6 +8,7 @@ from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.overlay import Image, jpeg_uri, paint_mask
 from corsmal.figures.style import CONTAINER, INSIDE, OUTSIDE, axis, pixels_below, plain_layout, rgb, scatter
 from corsmal.geometry import Camera
+from corsmal.parameters import ShapeParameters
 from corsmal.shape import Hull, circumference_points, on_mask
 
 MARGIN_PX = 40
@@ -15,7 +16,9 @@ TINT = 0.3
 
 
 @Drawing
-def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, hull: Hull, *, points: int) -> Drawn:
+def reprojection_figure(
+    image: Image, mask: NDArray[np.bool_], camera: Camera, hull: Hull, *, parameters: ShapeParameters
+) -> Drawn:
     """The converged circumferences' points in one view: those on and those off the mask.
 
     Args:
@@ -23,13 +26,14 @@ def reprojection_figure(image: Image, mask: NDArray[np.bool_], camera: Camera, h
         mask: (H, W) bool, the container's.
         camera: of this view.
         hull: the fitted hull.
-        points: N, points per circumference.
+        parameters: that it was fitted with.
     """
-    rings = circumference_points(hull, points=points)[hull.converged]
+    points = parameters.points
+    rings = circumference_points(hull, points=points, angle_rule=parameters.angle_rule)[hull.converged]
     pixels = camera.project(rings.reshape(-1, 3))
     radii = np.repeat(hull.radii_mm[hull.converged], points)
     heights = np.repeat(hull.heights_mm[hull.converged], points)
-    inside = on_mask(mask, pixels)
+    inside = on_mask(mask, pixels, pixel_rule=parameters.pixel_rule)
     traces = [
         scatter(
             *pixels[chosen].T.astype(np.float32),

@@ -1,5 +1,7 @@
 """The score of every frame of a pair of views, with its parts."""
 
+from collections.abc import Sequence
+
 import pandas as pd
 import plotly.graph_objects as go
 
@@ -12,11 +14,13 @@ from corsmal.selection import BestFrame
 def score_figure(best: BestFrame) -> Drawn:
     """Scores by frame: the pair's score, the mask pixels of each view and the penalties that are taken off.
 
-    Frames without a container in both views leave a gap. A point's ``x`` is the frame index.
+    Frames that do not count, such as those without a container in both views, leave a gap. A point's ``x`` is the
+    frame index.
     """
     scores = best.scores
-    penalties = [-2 * sum(score.penalties) if score.total is not None else None for score in scores]
-    lines: list[tuple[str, list[int | None], Part]] = [
+    penalties = [-score.total_penalty if score.total is not None else None for score in scores]
+    is_shared = all(score.is_shared for score in scores)
+    lines: list[tuple[str, Sequence[float | None], Part]] = [
         (
             f"N, {view}",
             [score.mask_pixels[side] for score in scores],
@@ -25,12 +29,12 @@ def score_figure(best: BestFrame) -> Drawn:
         for side, view in enumerate(best.pair)
     ]
     under = {"line": {"color": PENALTY, "width": 1}, "mode": "lines", "fill": "tozeroy"}
-    lines.append(("penalties, twice both views' TP", penalties, under))
+    lines.append(("penalties, twice both views' TP" if is_shared else "penalties of both views", penalties, under))
     totals = [score.total for score in scores]
     lines.append(("score of the pair", totals, {"line": {"color": TOTAL, "width": 3}, "marker": {"size": 6}}))
     frames = [score.frame for score in scores]
     traces = [
-        scatter(frames, pixels, mode="lines+markers", hovertemplate="%{y:,} px", name=name) | look
+        scatter(frames, pixels, mode="lines+markers", hovertemplate="%{y:,.0f} px", name=name) | look
         for name, pixels, look in lines
     ]
     if best.score is not None:

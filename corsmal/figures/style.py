@@ -10,7 +10,7 @@ Part = dict[str, Any]
 
 VIEW_COLOURS = {"view1": "#E69F00", "view2": "#009E73", "view3": "#3B8EDE", "view4": "#8A8F98"}
 CONTAINER = "#14B8A6"
-PRESET_COLOURS = {"paper": "#A0714F", "lode": "#7D8B2B", "tuned": "#6A5ACD"}
+PRESET_COLOURS = {"paper": "#A0714F", "released": "#B4436C", "lode": "#7D8B2B", "tuned": "#6A5ACD"}
 """Of what was fitted with a preset: hulls, profiles, curves, runs. None is a view's."""
 OWN_COLOUR = "#64748B"
 """Of what was fitted with parameters of no preset."""

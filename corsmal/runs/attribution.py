@@ -9,10 +9,10 @@ from corsmal.dataset import Dataset, Recording
 from corsmal.detection import ViewDetections
 from corsmal.engines.engine import Engine, Row, completed_rows, in_turn, never
 from corsmal.engines.tasks import open_predictors
-from corsmal.errors import ArgumentError, CorsmalError
-from corsmal.estimation import Estimate, RecordingMasks, choose_frames, estimate, mass_inputs
+from corsmal.errors import ArgumentError, CorsmalError, NotFoundError
+from corsmal.estimation import Estimate, RecordingMasks, choose_frames, counted_frames, estimate, mass_inputs
 from corsmal.evaluation.attribution import AS_IT_IS
-from corsmal.parameters import PAIRS, SHAPE_PRESETS, ShapeParameters
+from corsmal.parameters import SHAPE_PRESETS, ShapeParameters, selection_of
 from corsmal.quantities import GEOMETRY
 from corsmal.runs.run import Run
 from corsmal.stages.detections import load_detections
@@ -144,7 +144,8 @@ def ablate(
     presets = ablation_presets() if presets is None else presets
     recordings, rows = list(dataset), {}
     for number, (name, shape) in enumerate(presets.items()):
-        task = AttributionTask(store.root.resolve(), EstimateSettings(shape=shape), (AS_IT_IS, "masks"))
+        settings = EstimateSettings(shape=shape, selection=selection_of(shape))
+        task = AttributionTask(store.root.resolve(), settings, (AS_IT_IS, "masks"))
 
         def report(done: int, total: int, before: int = number * len(recordings)) -> None:
             if progress is not None:
@@ -177,16 +178,20 @@ def _rows_by_stage(
 
 def _estimated(recording: Recording, views: Views, predictors: Predictors, **changes: Any) -> Estimate:
     means = None if predictors.means is None else predictors.means.for_container(recording.annotation)
-    given: dict[str, Any] = {"shape": predictors.shape, "means": means, "mass": predictors.mass, **changes}
+    with_: dict[str, Any] = {"shape": predictors.shape, "selection": predictors.selection}
+    given: dict[str, Any] = {**with_, "means": means, "mass": predictors.mass, **changes}
     return estimate(recording, detections=views, **given)
 
 
 def _in_true_frames(recording: Recording, found: Views, true: Views, predictors: Predictors) -> Estimate:
-    """The estimate from detections of the frames that the truth chooses for the first pair, else for the second."""
+    """The estimate from detections of the frames that the truth chooses for the first pair that gives a fit."""
     inspected = {name: _only(view, found.get(name, ())) for name, view in true.items()}
     results = []
-    for pair in PAIRS:
-        _, frames = choose_frames(inspected, pair=pair, shape=predictors.shape)
+    counted = counted_frames(recording, predictors.selection)
+    for pair in predictors.shape.pairs:
+        _, frames = choose_frames(
+            inspected, pair=pair, shape=predictors.shape, selection=predictors.selection, counted=counted
+        )
         results.append(_estimated(recording, {name: _only(view, frames) for name, view in found.items()}, predictors))
         if results[-1].fit is not None:
             return results[-1]
@@ -202,7 +207,11 @@ def _with_true_dimensions(recording: Recording, found: Views, predictors: Predic
     measured = _estimated(recording, found, predictors, mass=None)
     annotated = {name: getattr(recording.annotation, name, None) for name in GEOMETRY}
     result = replace(measured, **{name: value for name, value in annotated.items() if value})
-    inputs = None if predictors.mass is None else mass_inputs(result, RecordingMasks(recording, found))
+    masks = RecordingMasks(recording, found, predictors.selection)
+    try:
+        inputs = None if predictors.mass is None else mass_inputs(result, masks)
+    except NotFoundError:  # no container in the frontal view
+        inputs = None
     if predictors.mass is None or inputs is None:
         return result
     return replace(result, container_mass_g=predictors.mass.predict(**inputs).mass_g)

@@ -22,9 +22,9 @@ def parameter_differences(runs: Sequence[Run]) -> pd.DataFrame:
         runs: two or more.
 
     Returns:
-        A row per difference, indexed by ``parameter``: fields of ``ShapeParameters`` after ``shape.``, then networks,
-        detector, means, recordings, files and the version of the method; a column per run, named by its id, of texts.
-        Parameters that no run's method depends on are left out; those of another method are ``not used``.
+        A row per difference, indexed by ``parameter``: fields of ``ShapeParameters`` after ``shape.``, then selection,
+        networks, detector, means, recordings, files and the version of the method; a column per run, named by its id,
+        of texts. Parameters that no run's method depends on are left out; those of another method are ``not used``.
 
     Raises:
         ArgumentError: there are fewer than two runs.
@@ -43,6 +43,7 @@ def _made_with(run: Run) -> dict[str, str]:
             f"{SHAPE}{name}": "not used" if name in shape.ignored else _text(getattr(shape, name))
             for name in ("method", *(each for each in asdict(shape) if each != "method"))
         },
+        "selection": run.facts()["selection"],
         **{f"{name} network": (run.digests[name] or "none")[-8:] for name in ("filling", "mass")},
         "detector": "none" if detector is None else f"{(run.digests['detector'] or '')[:24]}, step {detector.every}",
         "views matched": str(settings.matching),
@@ -61,4 +62,6 @@ def _text(value: Any) -> str:
         return f"{value.reference} {value.low_mm:+g} to {value.high_mm:+g} mm".replace("-", "−")
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, tuple):
+        return ", ".join(map(" + ".join, value))
     return f"{value:g}" if isinstance(value, float) else str(value)

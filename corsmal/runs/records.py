@@ -10,10 +10,10 @@ Record = TypeVar("Record")
 
 
 def record_json(record: Any) -> dict[str, Any]:
-    """A dataclass as what JSON can hold: paths become texts."""
+    """A dataclass as what JSON can hold: paths become texts, sets lists."""
 
     def plain(fields: list[tuple[str, Any]]) -> dict[str, Any]:
-        return {name: str(value) if isinstance(value, Path) else value for name, value in fields}
+        return {name: _plain(value) for name, value in fields}
 
     return dataclasses.asdict(record, dict_factory=plain)
 
@@ -29,6 +29,12 @@ def record_of(kind: type[Record], content: Mapping[str, Any]) -> Record:
     return made
 
 
+def _plain(value: Any) -> Any:
+    if isinstance(value, frozenset):
+        return sorted(value)
+    return str(value) if isinstance(value, Path) else value
+
+
 def _typed(kind: Any, value: Any) -> Any:
     """A value of JSON as a field's type has it."""
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
@@ -36,6 +42,6 @@ def _typed(kind: Any, value: Any) -> Any:
         return kind(**{name: _typed(types[name], item) for name, item in value.items()})
     if get_origin(kind) is UnionType:
         return None if value is None else _typed(get_args(kind)[0], value)
-    if get_origin(kind) is tuple:
-        return tuple(_typed(get_args(kind)[0], item) for item in value)
+    if get_origin(kind) in (tuple, frozenset):
+        return get_origin(kind)(_typed(get_args(kind)[0], item) for item in value)
     return Path(value) if kind is Path else value

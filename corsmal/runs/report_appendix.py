@@ -13,7 +13,7 @@ from corsmal.dataset.annotation_file import listed
 from corsmal.evaluation.exporting import heading
 from corsmal.evaluation.metrics import CLASS_NAMES
 from corsmal.figures.report import Block, Commands, Section, Table, Text
-from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
+from corsmal.parameters import SELECTION_PRESETS, SHAPE_PRESETS, ShapeParameters, own_selection
 from corsmal.quantities import BY_NAME, CLASSES, MEASURED
 from corsmal.runs.judged import JudgedRun
 from corsmal.runs.run import OWN, Run
@@ -130,6 +130,8 @@ def _flat(values: Mapping[str, Any]) -> dict[str, Any]:
 def _value_text(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, tuple):
+        return ", ".join(map(" + ".join, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -186,11 +188,15 @@ def _estimate_command(run: Run, dataset: Dataset) -> str:
 
 def _preset_option(run: Run) -> str | None:
     """The options that give a run's parameters of the fit; None where no preset does."""
+    shape = run.settings.shape
+    selection = next((name for name, each in SELECTION_PRESETS.items() if each == run.settings.selection), None)
     for name, preset in SHAPE_PRESETS.items():
-        if run.settings.shape == preset:
-            return f"--preset {name}"
-        if run.settings.shape == replace(preset, wall_mm=run.settings.shape.wall_mm):
-            return f"--preset {name} --wall {run.settings.shape.wall_mm:g}"
+        if selection is not None and shape == replace(preset, wall_mm=shape.wall_mm, pairs=shape.pairs):
+            options = [f"--preset {name}"]
+            options += [] if shape.wall_mm == preset.wall_mm else [f"--wall {shape.wall_mm:g}"]
+            options += [] if shape.pairs == preset.pairs else [f"--pairs {','.join(map('-'.join, shape.pairs))}"]
+            options += [] if selection == own_selection(name) else [f"--selection {selection}"]
+            return " ".join(options)
     return None
 
 

@@ -13,6 +13,7 @@ from corsmal.dataset.annotation import Kind
 from corsmal.errors import CorsmalError, FileError
 from corsmal.evaluation import read_estimates
 from corsmal.files import writing
+from corsmal.parameters import selection_of
 from corsmal.runs.records import record_json, record_of
 from corsmal.runs.reproduction_settings import ReproductionSettings
 from corsmal.runs.run import Run
@@ -128,7 +129,9 @@ def _run(folder: Path, settings: ReproductionSettings, made: datetime) -> Run:
         name=folder.name,
         dataset=str(folder),
         recordings=tuple(str(row["recording_id"]) for row in rows),
-        settings=EstimateSettings(shape=settings.shape, matching=settings.matching),
+        settings=EstimateSettings(
+            shape=settings.shape, matching=settings.matching, selection=selection_of(settings.shape)
+        ),
         digests={"filling": None, "mass": None, "detector": None},
         method_version=METHOD_VERSION,
         data_digest="",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from corsmal.errors import ArgumentError, CorsmalError, FileError
-from corsmal.parameters import SHAPE_PRESETS
+from corsmal.parameters import SELECTION_PRESETS, SHAPE_PRESETS, SelectionParameters
 from corsmal.runs.names import NAME_MAX
 from corsmal.runs.records import record_json, record_of
 from corsmal.stages.settings import EstimateSettings
@@ -94,6 +94,7 @@ class Run:
         return {
             "recordings": self.recordings,
             "parameters": self.settings.shape,
+            "selection": self.settings.selection,
             "means": self.settings.means,
             "filling network": self.digests["filling"],
             "mass network": self.digests["mass"],
@@ -107,7 +108,9 @@ class Run:
     def key(self) -> str:
         """Digest of conditions, files and rows: what is computed from a run is kept under it."""
         rows = [{name: value for name, value in row.items() if value is not None} for row in self.rows]
-        return digest("run", self.conditions, self.data_digest, rows)
+        by_default = SelectionParameters()  # without which runs were kept at first
+        conditions = {name: value for name, value in self.conditions.items() if value != by_default}
+        return digest("run", conditions, self.data_digest, rows)
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -127,8 +130,10 @@ class Run:
         detected = "none: detections must be there"
         if detector is not None:
             detected = f"{_short(self.digests['detector'])}, every {detector.every} frames"
+        selection = next((name for name, each in SELECTION_PRESETS.items() if each == self.settings.selection), OWN)
         return {
             "parameters": f"{self.preset} ({numbers})",
+            "selection": selection,
             **{
                 name: "none" if file is None else f"{_short(self.digests[file.kind])} ({file.origin})"
                 for name, file in networks.items()

@@ -111,7 +111,7 @@ def sweep_run(
         ArgumentError: the grid holds a value that cannot be.
         NotFoundError: the dataset lacks a recording.
     """
-    shapes = [with_setting(run.settings.shape, setting) for setting in grid.settings]
+    shapes, selection = [with_setting(run.settings.shape, setting) for setting in grid.settings], run.settings.selection
     matched = dataset.matched(run.settings.matching)
     rows: list[dict[str, Any]] = []
     for done, name in enumerate(grid.recordings):
@@ -119,7 +119,7 @@ def sweep_run(
             progress(done, len(grid.recordings))
         if cancelled():
             return rows
-        measured = _recording_values(matched[name], shapes, store)
+        measured = _recording_values(matched[name], shapes, selection, store)
         rows += [
             {"recording_id": name, **setting, **(values or dict.fromkeys(GEOMETRY))}
             for setting, values in zip(grid.settings, measured, strict=True)
@@ -145,26 +145,25 @@ def with_setting(shape: ShapeParameters, setting: Mapping[str, float]) -> ShapeP
 
 
 def _recording_values(
-    recording: Recording, shapes: Sequence[ShapeParameters], store: Store
+    recording: Recording, shapes: Sequence[ShapeParameters], selection: SelectionParameters, store: Store
 ) -> list[dict[str, float] | None]:
     """The four quantities with each of many parameters; None where they could not be measured."""
     try:
         found = load_detections(recording, store=store)
-        key = digest(
-            "sweep", METHOD_VERSION, found.key, calibration_fingerprints(recording), SelectionParameters(), list(shapes)
-        )
+        calibrations = calibration_fingerprints(recording)
+        key = digest("sweep", METHOD_VERSION, found.key, calibrations, selection, list(shapes))
     except CorsmalError:
         return [None] * len(shapes)
     kept = store.json(KIND, key)
     if kept is None:
-        kept = {"values": _measured(recording, found, shapes)}
+        kept = {"values": _measured(recording, found, shapes, selection)}
         store.save_json(KIND, key, kept)
     values: list[dict[str, float] | None] = kept["values"]
     return values
 
 
 def _measured(
-    recording: Recording, found: DetectionSet, shapes: Sequence[ShapeParameters]
+    recording: Recording, found: DetectionSet, shapes: Sequence[ShapeParameters], selection: SelectionParameters
 ) -> list[dict[str, float] | None]:
     fitted: dict[object, Hull] = {}
 
@@ -175,10 +174,10 @@ def _measured(
             key = pair, frame, centre_rule, fit_with
             if key not in fitted:
                 choice: dict[str, Any] = {"pair": pair, "frame": frame, "centre_rule": centre_rule}
-                fitted[key] = fit_frame(recording, found.views, **choice, shape=fit_with).hull
+                fitted[key] = fit_frame(recording, found.views, **choice, shape=fit_with, selection=selection).hull
             return Fit(pair, frame, fitted[key], measure_hull(fitted[key], shape))
 
-        result = estimate(recording, detections=found.views, shape=shape, fits=fits)
+        result = estimate(recording, detections=found.views, shape=shape, selection=selection, fits=fits)
         return None if result.fit is None else {name: getattr(result, name) for name in GEOMETRY}
 
     return [measure(shape) for shape in shapes]

@@ -6,7 +6,7 @@ import pandas as pd
 from corsmal.dataset import Dataset
 from corsmal.estimation import fit_frame
 from corsmal.evaluation.metrics import relative_errors
-from corsmal.parameters import PAIRS, ShapeParameters
+from corsmal.parameters import ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import select_best_frame
 from corsmal.stages.true_masks import true_views
@@ -17,7 +17,7 @@ def score_errors(dataset: Dataset, *, step: int = 3, shape: ShapeParameters | No
 
     Returns:
         A row per frame that could be fitted: recording, container, frame, score (pixels), error_pct (mean of the
-        four quantities'), and ``rank``, ``error_rank``: their ranks within the recording, 0..1.
+        quantities that were measured), and ``rank``, ``error_rank``: their ranks within the recording, 0..1.
 
     Raises:
         NotFoundError: a recording is not synthetic.
@@ -27,14 +27,14 @@ def score_errors(dataset: Dataset, *, step: int = 3, shape: ShapeParameters | No
     for recording in dataset:
         true = [getattr(recording.annotation, name, None) or np.nan for name in GEOMETRY]
         views = true_views(recording) if np.isfinite(true).all() else {}
-        best = select_best_frame(views, pair=PAIRS[0])
+        best = select_best_frame(views, pair=(shape or ShapeParameters.paper()).pairs[0])
         for score in [score for score in best.scores[::step] if score.total is not None]:
             fit = fit_frame(
                 recording, views, pair=best.pair, frame=score.frame, centre_rule=best.centre_rule, shape=shape
             )
             if fit.ok:
-                values = [getattr(fit.dimensions, name) for name in GEOMETRY]
-                error = float(np.mean(np.abs(relative_errors(values, true))))
+                values = np.array([getattr(fit.dimensions, name) for name in GEOMETRY], dtype=np.float64)
+                error = float(np.nanmean(np.abs(relative_errors(values, true))))
                 name = getattr(recording.annotation, "container", None)
                 rows.append((recording.id, name, score.frame, score.total, error))
     table = pd.DataFrame(rows, columns=["recording", "container", "frame", "score", "error_pct"])

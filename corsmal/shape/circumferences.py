@@ -8,13 +8,16 @@ from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
 from corsmal.geometry import Camera, Floats, parallax_deg, triangulate
-from corsmal.parameters import HeightRange, ShapeParameters
+from corsmal.parameters import PixelRule, ShapeParameters
 from corsmal.shape.outline_fit import fit_outlines
 from corsmal.shape.outlines import Mask
 from corsmal.shape.records import Hull
+from corsmal.shape.sections import unit_circle
 
 PARALLAX_MIN_DEG = 1.0
 """Below this angle between the rays a pixel's error moves the centroid by more than a decimetre at arm's length."""
+
+Pixel = tuple[int, int]
 
 AXIS_REACH_M = 0.5
 AXIS_STEP_M = 0.0005
@@ -47,42 +50,75 @@ def fit_hull(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: Shape
     """
     parameters = parameters or ShapeParameters.paper()
     _check(cameras, masks)
-    boxes = [cv2.boundingRect(mask.view(np.uint8)) for mask in masks]
-    crops = [mask[y : y + height, x : x + width] for mask, (x, y, width, height) in zip(masks, boxes, strict=True)]
-    corners = np.array([box[:2] for box in boxes], dtype=np.float64)
-    centroids = []
-    for number, (crop, corner) in enumerate(zip(crops, corners, strict=True), start=1):
+    crops, centroids = [_crop(mask) for mask in masks], []
+    for number, (crop, corner) in enumerate(crops, start=1):
         centroid = contour_centroid(crop)
         if centroid is None:
             problem = "is empty" if crop.size == 0 else "has no area"
             return Hull.failed(f"mask {number} of {len(masks)} {problem}")
         centroids.append(centroid + corner)
-    centroid_m = triangulate(cameras, centroids)
+    centroid_m = triangulate(cameras, centroids, has_unit_rows=parameters.triangulation == "unit rows")
     if not np.isfinite(centroid_m).all() or parallax_deg(cameras, centroid_m) < PARALLAX_MIN_DEG:
         return Hull.failed("the views' rays through the mask centroids are nearly parallel")
     if not np.isfinite(np.vstack([camera.project(centroid_m[None]) for camera in cameras])).all():
         return Hull.failed("the masks' centroids meet behind a camera: they show different objects")
     if parameters.method == "outlines":
         return fit_outlines(cameras, masks, centroid_m, parameters)
-    heights_m = _heights(cameras, masks, centroid_m, height_range=parameters.height_range, n=parameters.circumferences)
+    return _fit_circumferences(cameras, masks, crops, centroid_m, parameters)
+
+
+def _fit_circumferences(
+    cameras: Sequence[Camera],
+    masks: Sequence[Mask],
+    crops: Sequence[tuple[Mask, Pixel]],
+    centroid_m: Floats,
+    parameters: ShapeParameters,
+) -> Hull:
+    """The hull about the vertical axis through the centroid, circumference by circumference."""
+    heights_m = _heights(cameras, masks, centroid_m, parameters)
     if heights_m is None:
         return Hull.failed("the vertical axis through the centroid meets no mask", centroid_m=centroid_m)
     radii_mm = np.linspace(parameters.radius_max_mm, parameters.radius_min_mm, parameters.radii)
     projections = np.array([camera.projection for camera in cameras])
+    sizes = np.array([camera.size for camera in cameras], dtype=np.int64)
     axis = np.column_stack([np.tile(centroid_m[:2], (len(heights_m), 1)), heights_m, np.ones(len(heights_m))])
+    hubs = axis @ projections.transpose(0, 2, 1)
+    circle = unit_circle(parameters.points, angle_rule=parameters.angle_rule)
+    spokes = circle @ projections[:, :, :2].transpose(0, 2, 1)
+    is_truncated = parameters.pixel_rule == "truncated"
+    if is_truncated and _leaves_images(hubs, radii_mm[0] / 1000 * spokes, sizes):
+        problem = "circumferences lie more than a picture's size beyond its left or upper border"
+        return Hull.failed(problem, centroid_m=centroid_m)
     from corsmal.shape.kernels import first_fitting_radius  # noqa: PLC0415 - Numba takes long to import
 
     first = first_fitting_radius(
-        tuple(np.array(crop, order="C") for crop in crops),
-        corners.astype(np.int64),
-        axis @ projections.transpose(0, 2, 1),
-        _unit_circle(parameters.points) @ projections[:, :, :2].transpose(0, 2, 1),
+        tuple(crop for crop, _ in crops),
+        np.array([corner for _, corner in crops], dtype=np.int64),
+        sizes,
+        hubs,
+        spokes,
         radii_mm / 1000,
         parameters.fit_rule == "all",
+        is_truncated,
     )
     converged = first < parameters.radii
     fitted_mm = radii_mm[np.minimum(first, parameters.radii - 1)]
     return Hull(heights_m * 1000, fitted_mm, converged, centroid_m)
+
+
+def _crop(mask: Mask) -> tuple[Mask, Pixel]:
+    """The part of a mask that has all of its pixels, and the column and row where it begins."""
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    return np.array(mask[y : y + height, x : x + width], order="C"), (x, y)
+
+
+def _leaves_images(hubs: Floats, spokes: Floats, sizes: NDArray[np.int64]) -> bool:
+    """Whether a pixel of (V, L, 3) centres with (V, N, 3) spokes cannot be counted from the opposite border either.
+
+    Truncated, x / depth is below −width where x + (width + 1) · depth is not positive: that is linear in the points.
+    """
+    beyond = [places[..., :2] + (sizes[:, None] + 1) * places[..., 2:] for places in (hubs, spokes)]
+    return bool((beyond[0].min(axis=1) + beyond[1].min(axis=1) <= 0).any())
 
 
 def contour_centroid(mask: Mask) -> Floats | None:
@@ -113,41 +149,44 @@ def _check(cameras: Sequence[Camera], masks: Sequence[Mask]) -> None:
             )
 
 
-def _unit_circle(points: int) -> Floats:
-    angles = np.arange(points) * (2 * np.pi / points)
-    return np.column_stack([np.cos(angles), np.sin(angles)])
-
-
 def _heights(
-    cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: Floats, *, height_range: HeightRange, n: int
+    cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: Floats, parameters: ShapeParameters
 ) -> Floats | None:
+    height_range = parameters.height_range
     low_m, high_m = height_range.low_mm / 1000, height_range.high_mm / 1000
     if height_range.reference == "centroid":
         low_m, high_m = low_m + centroid_m[2], high_m + centroid_m[2]
     elif height_range.reference == "masks":
-        extent = _axis_extent(cameras, masks, centroid_m)
+        extent = _axis_extent(cameras, masks, centroid_m, parameters.pixel_rule)
         if extent is None:
             return None
         low_m, high_m = low_m + extent[0], high_m + extent[1]
     if low_m >= high_m:
         return None
-    return np.linspace(low_m, high_m, n)
+    return np.linspace(low_m, high_m, parameters.circumferences)
 
 
-def _axis_extent(cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: Floats) -> tuple[float, float] | None:
+def _axis_extent(
+    cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: Floats, pixel_rule: PixelRule
+) -> tuple[float, float] | None:
     """Lowest and highest world z (m) at which the vertical through the centroid projects into any mask."""
     heights = centroid_m[2] + np.arange(-AXIS_REACH_M, AXIS_REACH_M + AXIS_STEP_M, AXIS_STEP_M)
     axis = np.column_stack([np.tile(centroid_m[:2], (len(heights), 1)), heights])
     inside = np.zeros(len(heights), dtype=bool)
     for camera, mask in zip(cameras, masks, strict=True):
-        inside |= on_mask(mask, camera.project(axis))
+        inside |= on_mask(mask, camera.project(axis), pixel_rule=pixel_rule)
     hits = heights[inside]
     return (float(hits[0]), float(hits[-1])) if len(hits) else None
 
 
-def on_mask(mask: Mask, pixels: Floats) -> NDArray[np.bool_]:
-    """Which of (n, 2) pixels ``(x, y)``, rounded, fall on a mask; those outside the image or not finite do not."""
-    rounded = np.floor(np.where(np.isfinite(pixels), pixels, -1.0) + 0.5)
-    inside: NDArray[np.bool_] = np.all((rounded >= 0) & (rounded < mask.shape[::-1]), axis=1)
+def on_mask(mask: Mask, pixels: Floats, *, pixel_rule: PixelRule = "rounded") -> NDArray[np.bool_]:
+    """Which of (n, 2) places ``(x, y)`` in an image fall on a mask, by a rule; those that are not finite do not."""
+    size = np.array(mask.shape[::-1])
+    if pixel_rule == "truncated":
+        rounded = np.minimum(np.trunc(np.where(np.isfinite(pixels), pixels, -np.inf)), size - 1)
+        rounded = np.where(rounded < 0, rounded + size, rounded)
+    else:
+        rounded = np.floor(np.where(np.isfinite(pixels), pixels, -1.0) + 0.5)
+    inside: NDArray[np.bool_] = np.all((rounded >= 0) & (rounded < size), axis=1)
     column, row = np.where(inside[:, None], rounded, 0).astype(np.intp).T
     return inside & mask[row, column]

@@ -1,11 +1,15 @@
 """Capacity and dimensions from the radii of a hull (paper 3.2, equations 6 to 8)."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.geometry import Floats
 from corsmal.parameters import ShapeParameters
 from corsmal.shape.records import Dimensions, Hull
+from corsmal.shape.steps import kept_steps, metres_of, step_ends
 
 CUBIC_MM_PER_ML = 1000.0
 SAME_MM = 1e-6
@@ -19,28 +23,30 @@ def measure_hull(hull: Hull, parameters: ShapeParameters | None = None) -> Dimen
     """Capacity, widths and height of a hull.
 
     Only converged circumferences count. The capacity is the volume of the conical frusta between neighbours among
-    them (equation 6), less the wall where ``wall_mm`` gives one. With ``width_rule`` ``ends``, radii that differ from
-    the next by more than ``max_difference_mm`` are dropped and the ends of the remaining profile are found by equations
-    7 and 8; with ``widest``, both widths are twice the largest radius and the height is the extent of the converged
-    circumferences; with ``whole`` the profile is taken as it is.
+    them (equation 6), less the wall where ``wall_mm`` gives one. Where the widths or the height are those of the
+    profile's ``ends``, radii that differ from the next by more than ``max_difference_mm`` are dropped and the ends of
+    the remaining profile are found by equations 7 and 8; with ``widest``, both widths are twice the largest radius;
+    with ``whole`` the profile is taken as it is; for ``steps`` see ``corsmal.shape.steps``.
 
     Args:
         hull: the fitted hull.
-        parameters: ``max_difference_mm``, ``width_rule`` and ``wall_mm`` are used; default: the paper's.
+        parameters: ``max_difference_mm``, ``width_rule``, ``height_rule`` and ``wall_mm`` are used, with ``steps`` also
+            the radii that were tried; default: the paper's.
 
     Returns:
-        Dimensions; ``ok`` is false, with a reason, where the hull failed, fewer than three radii remain, or the upper
-        end does not lie above the lower one.
+        Dimensions; ``ok`` is false, with a reason, where the hull failed, too few radii remain (two are needed for
+        ``steps`` and ``extent`` together, else three), or the upper end does not lie above the lower one. With
+        ``steps`` a width may be None by itself, see ``Dimensions.unmeasured``.
     """
     parameters = parameters or ShapeParameters.paper()
     if not hull.ok:
         return Dimensions(reason=hull.reason)
     converged = np.flatnonzero(hull.converged)
-    if len(converged) < 3:
+    has_steps = parameters.width_rule == "steps"
+    if len(converged) < (2 if has_steps and parameters.height_rule == "extent" else 3):
         return Dimensions(reason=f"only {len(converged)} of {len(hull.converged)} circumferences fit the masks")
-    if parameters.width_rule != "ends":
-        kept, bottom, top = converged, 0, len(converged) - 1
-    else:
+    kept, bottom, top = converged, 0, len(converged) - 1
+    if parameters.width_rule == "ends" or (has_steps and parameters.height_rule == "ends"):
         kept = converged[smooth(hull.radii_mm[converged], max_difference_mm=parameters.max_difference_mm)]
         if len(kept) < 3:
             return Dimensions(
@@ -49,17 +55,39 @@ def measure_hull(hull: Hull, parameters: ShapeParameters | None = None) -> Dimen
         bottom, top = profile_ends(hull.radii_mm[kept])
         if top <= bottom:
             return Dimensions(kept=kept, reason="the upper end of the profile was found below its lower end")
-    heights, radii = hull.heights_mm[kept], hull.radii_mm[kept]
-    widest = 2 * float(radii.max())
-    ends = parameters.width_rule != "widest"
-    return Dimensions(
+    ends = kept[[bottom, top]] if parameters.height_rule == "ends" else converged[[0, -1]]
+    found = Dimensions(
         capacity_ml=capacity_ml(hull, wall_mm=parameters.wall_mm),
-        width_top_mm=2 * float(radii[top]) if ends else widest,
-        width_bottom_mm=2 * float(radii[bottom]) if ends else widest,
-        height_mm=float(heights[top] - heights[bottom]),
+        height_mm=float(hull.heights_mm[ends[1]] - hull.heights_mm[ends[0]]),
         kept=kept,
         bottom=int(kept[bottom]),
         top=int(kept[top]),
+    )
+    if has_steps:
+        return _with_step_widths(found, hull, converged, parameters)
+    radii = hull.radii_mm[kept]
+    widths = radii[[bottom, top]] if parameters.width_rule != "widest" else radii.max().repeat(2)
+    return replace(found, width_bottom_mm=2 * float(widths[0]), width_top_mm=2 * float(widths[1]))
+
+
+def _with_step_widths(
+    found: Dimensions, hull: Hull, converged: NDArray[np.intp], parameters: ShapeParameters
+) -> Dimensions:
+    """The dimensions with the widths of the authors' program, and where it measures them."""
+    radii_m = metres_of(hull.radii_mm[converged], parameters)
+    places = kept_steps(radii_m, max_difference_m=parameters.max_difference_mm / 1000)
+    kept = converged[places]
+    bottom, top = (None if end is None else int(kept[end]) for end in step_ends(radii_m[places]))
+    why = f"{len(kept)} radii are kept" if len(kept) < 2 else "no step between the kept radii is smaller than another"
+    ends = {"width_bottom_mm": bottom, "width_top_mm": top}
+    widths: dict[str, Any] = {name: end if end is None else 2 * float(hull.radii_mm[end]) for name, end in ends.items()}
+    return replace(
+        found,
+        **widths,
+        kept=kept,
+        bottom=bottom,
+        top=top,
+        unmeasured={name: why for name, end in ends.items() if end is None},
     )
 
 

@@ -1,5 +1,6 @@
 """What fitting and measuring return. A fit that failed is a record with a reason, never NaN."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -56,7 +57,7 @@ class Hull:
 
 @dataclass(frozen=True, eq=False)
 class Dimensions:
-    """What a hull says about its container. All four quantities are None when the fit failed.
+    """What a hull says about its container. All four quantities are None when the fit failed, a width maybe by itself.
 
     Args:
         capacity_ml: volume of the frusta between converged circumferences, mL.
@@ -65,8 +66,9 @@ class Dimensions:
         height_mm: distance between the two ends, mm.
         reason: why the fit failed; empty if it did not.
         kept: (n',) indices of the circumferences that smoothing kept, ascending.
-        bottom: index of the circumference at the lower end (i_b), None if the fit failed.
-        top: index of the circumference at the upper end (i_t), None if the fit failed.
+        bottom: index of the circumference at the lower end (i_b), None if the fit or its width failed.
+        top: index of the circumference at the upper end (i_t), likewise.
+        unmeasured: why a width is None although the fit did not fail, by quantity.
     """
 
     capacity_ml: float | None = None
@@ -77,8 +79,9 @@ class Dimensions:
     kept: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
     bottom: int | None = None
     top: int | None = None
+    unmeasured: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
-        """Whether the four quantities are there."""
+        """Whether the fit did not fail: the four quantities are there, apart from those that are ``unmeasured``."""
         return not self.reason

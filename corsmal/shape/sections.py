@@ -8,6 +8,7 @@ import numpy as np
 
 from corsmal.errors import ArgumentError
 from corsmal.geometry import Camera, Floats
+from corsmal.parameters import AngleRule
 from corsmal.shape.outlines import Axis, Mask
 from corsmal.shape.records import Hull
 
@@ -16,16 +17,26 @@ SIDES, SLICES = 24, 40
 SUBPIXEL_BITS = 4
 
 
-def circumference_points(hull: Hull, *, points: int) -> Floats:
+def unit_circle(points: int, *, angle_rule: AngleRule = "circle") -> Floats:
+    """Points of the unit circle, (points, 2), at the angles of ``ShapeParameters.angle_rule``."""
+    if angle_rule == "0-359":
+        angles = np.radians(np.linspace(0.0, 359.0, points))
+    else:
+        angles = np.arange(points) * (2 * np.pi / points)
+    return np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def circumference_points(hull: Hull, *, points: int, angle_rule: AngleRule = "circle") -> Floats:
     """World points of a hull's circumferences, metres, (L, points, 3).
 
-    They lie at equally spaced angles; on a box's rectangles each side has a quarter of them, the first at a corner.
+    They lie at the angles of ``unit_circle``; on a box's rectangles each side has a quarter of them, the first at a
+    corner.
     """
     if hull.centroid_m is None:
         return np.empty((0, points, 3))
     heights = hull.heights_mm / 1000 - hull.centroid_m[2]
     centres = hull.centroid_m + heights[:, None] * hull.direction
-    flat = _ring(hull, points=points) @ Axis(hull.centroid_m, hull.direction).across
+    flat = _ring(hull, points=points, angle_rule=angle_rule) @ Axis(hull.centroid_m, hull.direction).across
     return centres[:, None] + flat
 
 
@@ -95,11 +106,10 @@ def agreement(silhouette: Mask, mask: Mask) -> Agreement:
     return Agreement(*(int(np.count_nonzero(pixels)) for pixels in counted))
 
 
-def _ring(hull: Hull, *, points: int) -> Floats:
+def _ring(hull: Hull, *, points: int, angle_rule: AngleRule) -> Floats:
     """(L, points, 2) of the circumferences about their centres, metres."""
     if hull.depth_mm is None:
-        angles = np.arange(points) * (2 * np.pi / points)
-        return hull.radii_mm[:, None, None] / 1000 * np.column_stack([np.cos(angles), np.sin(angles)])
+        return hull.radii_mm[:, None, None] / 1000 * unit_circle(points, angle_rule=angle_rule)
     along = np.arange(points) * (4 / points)
     corners = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)], dtype=np.float64)
     square = np.column_stack([np.interp(along, np.arange(5), corners[:, axis]) for axis in (0, 1)])

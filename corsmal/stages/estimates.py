@@ -36,10 +36,12 @@ class Predictors:
     """What estimates are made with, besides detections.
 
     Args:
+        shape: how the hull is fitted and measured.
         means: of a training set; None: a failure holds no numbers.
         filling: predicts type and level; None: they are left out.
         mass: predicts the container's mass; None: it is left out.
         features: folder of arrays for ``filling``; None: log-mel of the sound.
+        selection: how detections are filtered and frames scored.
     """
 
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
@@ -47,6 +49,7 @@ class Predictors:
     filling: "FillingPredictor | None" = None
     mass: "MassPredictor | None" = None
     features: Path | None = None
+    selection: SelectionParameters = field(default_factory=SelectionParameters)
 
     @property
     def digests(self) -> dict[str, str | None]:
@@ -57,7 +60,7 @@ class Predictors:
     @property
     def key(self) -> str:
         """A digest of everything that the numbers depend on, the version of the method included."""
-        return predictors_key(self.shape, self.means, self.digests)
+        return predictors_key(self.shape, self.selection, self.means, self.digests)
 
 
 class MadeWith(Protocol):
@@ -76,9 +79,14 @@ class MadeWith(Protocol):
         """See ``Predictors``."""
 
 
-def predictors_key(shape: ShapeParameters, means: TrainingMeans | None, digests: Mapping[str, str | None]) -> str:
+def predictors_key(
+    shape: ShapeParameters,
+    selection: SelectionParameters,
+    means: TrainingMeans | None,
+    digests: Mapping[str, str | None],
+) -> str:
     """See ``Predictors.key``; ``digests`` are those of the networks."""
-    return digest("predictors", METHOD_VERSION, shape, SelectionParameters(), means, dict(digests))
+    return digest("predictors", METHOD_VERSION, shape, selection, means, dict(digests))
 
 
 def load_estimate(recording: Recording, predictors: Predictors, *, store: Store) -> dict[str, Any]:
@@ -135,6 +143,7 @@ def estimate_with(
         recording,
         detections=detections,
         shape=predictors.shape,
+        selection=predictors.selection,
         means=None if predictors.means is None else predictors.means.for_container(recording.annotation),
         filling=predictors.filling,
         mass=predictors.mass,

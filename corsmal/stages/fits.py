@@ -6,8 +6,7 @@ import numpy as np
 
 from corsmal.dataset import Recording
 from corsmal.estimation import Fit, MaskSource, RecordingMasks, fit_masks
-from corsmal.parameters import METHOD_VIEWS, CentreRule, SelectionParameters, ShapeParameters
-from corsmal.selection import Pair
+from corsmal.parameters import METHOD_VIEWS, CentreRule, Pair, SelectionParameters, ShapeParameters
 from corsmal.shape import Hull, measure_hull
 from corsmal.stages.detections import DetectionSet
 from corsmal.stages.version import METHOD_VERSION, READING_VERSION
@@ -26,6 +25,7 @@ def load_fit(
     frame: int,
     centre_rule: CentreRule,
     shape: ShapeParameters,
+    selection: SelectionParameters | None = None,
     store: Store,
     source: MaskSource | None = None,
 ) -> Fit:
@@ -33,7 +33,7 @@ def load_fit(
 
     Args are as in ``fit_masks``; ``source`` holds cameras and masks where the caller has them already.
     """
-    calibrations = calibration_fingerprints(recording)
+    calibrations, selection = calibration_fingerprints(recording), selection or SelectionParameters()
     key = digest(
         "fit",
         METHOD_VERSION,
@@ -42,7 +42,7 @@ def load_fit(
         pair,
         frame,
         centre_rule,
-        SelectionParameters(),
+        selection,
         shape,
         *([] if recording.is_synthetic else [READING_VERSION]),
     )
@@ -52,7 +52,7 @@ def load_fit(
         parts |= {name: float(kept[name]) for name in NUMBERS if np.isfinite(kept[name])}
         hull = Hull(**parts)
         return Fit(pair, frame, hull, measure_hull(hull, shape))
-    source = source or RecordingMasks(recording, detections.views)
+    source = source or RecordingMasks(recording, detections.views, selection)
     fit = fit_masks(source, pair=pair, frame=frame, centre_rule=centre_rule, shape=shape)
     hull = fit.hull
     if hull.ok and hull.centroid_m is not None:

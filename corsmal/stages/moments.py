@@ -71,7 +71,15 @@ def kept_estimate(
         source: cameras and masks of the recording, where the caller has them already.
     """
     views = detections.views if end_s is None else _seen_until(recording, detections, end_s)
-    fits = partial(load_fit, recording, detections, shape=predictors.shape, store=store, source=source)
+    fits = partial(
+        load_fit,
+        recording,
+        detections,
+        shape=predictors.shape,
+        selection=predictors.selection,
+        store=store,
+        source=source,
+    )
     heard = {"store": store} if end_s is None else {"end_s": end_s}
     return estimate_with(predictors, recording, views, fits=fits, **heard)
 

@@ -8,7 +8,7 @@ from corsmal.dataset import TrainedOn
 from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError
 from corsmal.estimation import TrainingMeans
-from corsmal.parameters import ShapeParameters
+from corsmal.parameters import SelectionParameters, ShapeParameters, selection_of
 from corsmal.stages.estimates import Predictors, predictors_key
 from corsmal.weights import Kind, WeightsFile, find_weights, network_digest, read_training
 
@@ -70,6 +70,7 @@ class EstimateSettings:
         features: folder of arrays for ``filling``; None: log-mel of the sound.
         detector: detects in recordings without detections before they are estimated; None: such a recording fails.
         matching: how the frames of the recordings' views are matched.
+        selection: how detections are filtered and frames scored.
     """
 
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
@@ -79,6 +80,7 @@ class EstimateSettings:
     features: Path | None = None
     detector: DetectorSettings | None = None
     matching: Matching = field(default_factory=Matching)
+    selection: SelectionParameters = field(default_factory=SelectionParameters)
 
     @property
     def digests(self) -> dict[str, str | None]:
@@ -97,7 +99,7 @@ class EstimateSettings:
         Raises:
             FileError: a file of weights cannot be read.
         """
-        return predictors_key(self.shape, self.means, self.digests)
+        return predictors_key(self.shape, self.selection, self.means, self.digests)
 
     def open(self) -> Predictors:
         """Read the networks.
@@ -114,6 +116,7 @@ class EstimateSettings:
             filling=None if self.filling is None else FillingPredictor(self.filling.path),
             mass=None if self.mass is None else MassPredictor(self.mass.path),
             features=self.features,
+            selection=self.selection,
         )
 
 
@@ -127,6 +130,7 @@ def default_settings(
     dataset: "Dataset",
     *,
     shape: ShapeParameters,
+    selection: SelectionParameters | None = None,
     means: TrainingMeans | None = None,
     filling: Path | str | None = None,
     mass: Path | str | None = None,
@@ -138,8 +142,8 @@ def default_settings(
 
     The bundled networks were trained on synthetic recordings: on a dataset that is not synthetic they are left out
     unless they are named (``demo``), see ``left_out_note``. So is one that is not named and whose file is missing.
-    ``means`` are by default those that the weights of the mass or the filling network hold; the other arguments are
-    those of ``EstimateSettings``.
+    ``means`` are by default those that the weights of the mass or the filling network hold, ``selection`` that of the
+    shape's preset; the other arguments are those of ``EstimateSettings``.
 
     Raises:
         FileError: weights that are named cannot be read.
@@ -153,6 +157,7 @@ def default_settings(
         features=None if features is None else features.resolve(),
         detector=detector,
         matching=matching or Matching(),
+        selection=selection or selection_of(shape),
     )
 
 

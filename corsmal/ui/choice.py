@@ -4,8 +4,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from corsmal.dataset.clock import Match, Matching
-from corsmal.parameters import SHAPE_PRESETS, ShapeParameters
-from corsmal.selection import Pair
+from corsmal.parameters import (
+    SELECTION_PRESETS,
+    SHAPE_PRESETS,
+    Pair,
+    SelectionParameters,
+    ShapeParameters,
+    own_selection,
+)
 from corsmal.ui.controls import PARAMETERS
 
 ESTIMATE, SHOWN = "tuned", "shown"
@@ -23,6 +29,7 @@ class Choice:
     """What the user has chosen.
 
     Args:
+        selection: preset of the rules for the best frame; None: that of the estimate's preset.
         dataset: name and fingerprint of the dataset, see ``permalinks.reference``; None: any that has the recording.
         recording: id; None: the first one.
         pair: views of the fit; None: the pair that the estimate used.
@@ -68,6 +75,7 @@ class Choice:
     crop_s: tuple[float, float] | None = None
     channel: int | None = None
     estimate: str | None = None
+    selection: str | None = None
     dataset: str | None = None
     compared: str | None = None
     scope: str | None = None
@@ -128,12 +136,22 @@ class Choice:
         return self.shape if self.estimate == SHOWN else SHAPE_PRESETS[self.estimate or ESTIMATE]
 
     @property
+    def selection_name(self) -> str:
+        """The preset of the rules for the best frame."""
+        return self.selection or own_selection(self.estimate_preset)
+
+    @property
+    def selected_by(self) -> SelectionParameters:
+        """The rules for the best frame."""
+        return SELECTION_PRESETS[self.selection_name]
+
+    @property
     def is_preset(self) -> bool:
         """Whether the parameters are exactly a preset's."""
         return self.shape == SHAPE_PRESETS[self.preset]
 
 
-OF_FIT = ("recording", "frame", "pair", "estimate", "shape", "match", "offsets_s")
+OF_FIT = ("recording", "frame", "pair", "estimate", "selection", "shape", "match", "offsets_s")
 """What a fit depends on: with another one ``numbers`` are those of a fit that is not shown any more."""
 
 OF_RECORDING: dict[str, Any] = {

@@ -5,7 +5,10 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple, cast
 
 from corsmal.errors import ArgumentError
-from corsmal.parameters import HeightRange, HeightReference
+from corsmal.parameters import HeightRange, HeightReference, Pair, read_pair
+
+BETWEEN = "~"
+"""What separates several values of a parameter in an address."""
 
 HEIGHT_LIMIT_MM = 2000.0
 PADDING_MAX_PX = 80
@@ -55,6 +58,17 @@ class Options(NamedTuple):
         return HeightRange(cast(HeightReference, reference), low, high)
 
 
+class Pairs(NamedTuple):
+    """The pairs of views that are tried: their name in the address and their label."""
+
+    short: str
+    label: str
+
+    def parse(self, text: str) -> tuple[Pair, ...]:
+        """The pairs in an address."""
+        return tuple(map(read_pair, text.split(BETWEEN)))
+
+
 class Switch(NamedTuple):
     """What a fit does or does not: its name in the address and its label."""
 
@@ -68,7 +82,7 @@ class Switch(NamedTuple):
         return text == "True"
 
 
-PARAMETERS: dict[str, Number | Options | Switch] = {
+PARAMETERS: dict[str, Number | Options | Switch | Pairs] = {
     "circumferences": Number("L", "L, circumferences", 10, 500, 1),
     "points": Number("N", "N, points per circumference", 3, 90, 1),
     "radii": Number("radii", "Radii tried", 10, 600, 1),
@@ -80,13 +94,31 @@ PARAMETERS: dict[str, Number | Options | Switch] = {
     ),
     "width_rule": Options(
         "width",
-        "Widths and height",
+        "Widths",
         {
             "ends": "at the ends of the profile (paper)",
             "widest": "twice the largest radius (LoDE)",
             "whole": "first and last circumference (tuned)",
+            "steps": "where steps between radii shrink (released)",
         },
     ),
+    "height_rule": Options(
+        "height",
+        "Height",
+        {"ends": "between the ends of the profile (paper)", "extent": "extent of all circumferences (released)"},
+    ),
+    "angle_rule": Options(
+        "angles", "Angles of the points", {"circle": "over the full circle", "0-359": "0° to 359°, both (released)"}
+    ),
+    "pixel_rule": Options(
+        "pixels", "Projected points", {"rounded": "rounded to pixels", "truncated": "truncated (released)"}
+    ),
+    "triangulation": Options(
+        "system",
+        "Triangulation of the centroid",
+        {"unit rows": "equations of unit length", "plain rows": "equations as they are (released)"},
+    ),
+    "pairs": Pairs("pairs", "Pairs of views, in the order in which they are tried"),
     "height_range": Options(
         "z",
         "Heights measured from",

@@ -30,7 +30,7 @@ BY_ITSELF_S = 30.0
 
 def open_detected() -> OpenedRecording:
     """The chosen recording, under what there is to say and to do about its detections."""
-    opened = OpenedRecording(session.opened()[1])
+    opened = OpenedRecording(session.opened()[1], session.choice().selected_by)
     is_running = watch_detection(opened)  # first: what it keeps from here on makes the page run again
     _notes(opened)
     if not is_running:

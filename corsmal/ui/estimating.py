@@ -32,7 +32,7 @@ def estimate_control() -> None:
         format_func=lambda name: "own values" if name == SHOWN else name,
         on_change=_estimate_chosen,
         help="`tuned`: several frames together, with 90 % intervals. `paper`: the published method, from the best "
-        "frame. `lode`: the method that it is based on.",
+        "frame. `released`: the authors' program. `lode`: the method that they are based on.",
     )
 
 
@@ -46,12 +46,12 @@ def estimate_settings(dataset: Dataset) -> EstimateSettings:
 
     Where a network cannot be read it is left out, with the reason on the page.
     """
-    shape = session.choice().estimated_shape
+    shape, selection = session.choice().estimated_shape, session.choice().selected_by
     try:
-        return default_settings(dataset, shape=shape)
+        return default_settings(dataset, shape=shape, selection=selection)
     except CorsmalError as error:
         st.error(plain(str(error)), icon=":material/error:")
-        return EstimateSettings(shape)
+        return EstimateSettings(shape, selection=selection)
 
 
 def shape_estimate(opened: OpenedRecording) -> Estimate:

@@ -1,6 +1,7 @@
 """The Mass page: the mask and the numbers that the network is given, its prediction, and the object's mass."""
 
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +42,7 @@ CHANGES = np.linspace(-0.3, 0.3, 25)
 def estimate_in_frame(
     opened: OpenedRecording, found: Estimate, best: BestFrame, frame: int, shape: ShapeParameters
 ) -> tuple[Estimate, Fit]:
-    """The estimate over the recording in the frame that it tells the mass from; in others what the frame's fit says.
+    """The estimate over the recording in the frame whose mask it uses; in others what the frame's fit says.
 
     Args:
         opened: the recording.
@@ -53,11 +54,17 @@ def estimate_in_frame(
     Returns:
         The estimate and its fit.
     """
-    if found.fit is not None and (found.fit.pair, found.fit.frame) == (best.pair, frame):
+    if found.fit is not None and (found.fit.pair, found.mass_frame) == (best.pair, frame):
         return found, found.fit
     fit = opened.fit(best, frame, shape)
     measures: dict[str, Any] = {name: getattr(fit.dimensions, name) for name in GEOMETRY}
-    return Estimate(opened.id, "fitted", **measures, best_frame=best, fit=fit, notes=()), fit
+    return Estimate(opened.id, "fitted", **measures, best_frame=best, fit=fit, notes=(), mass_frame=frame), fit
+
+
+def best_for_mass(found: Estimate, best: BestFrame) -> BestFrame:
+    """The best frame of a pair, of the estimate's own pair the one whose mask the mass is predicted from."""
+    is_own = found.mass_frame is not None and found.best_frame is not None and found.best_frame.pair == best.pair
+    return replace(best, frame=found.mass_frame) if is_own else best
 
 
 def network_inputs(opened: OpenedRecording, found: Estimate) -> tuple[Mask, Numbers] | None:

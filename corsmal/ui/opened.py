@@ -12,11 +12,11 @@ from corsmal.dataset import Recording, Video
 from corsmal.detection import ViewDetections
 from corsmal.digests import digest, file_fingerprint
 from corsmal.errors import CorsmalError, NotFoundError
-from corsmal.estimation import Estimate, Fit, RecordingMasks, TrainingMeans, choose_frames, fit_masks
+from corsmal.estimation import Estimate, Fit, RecordingMasks, TrainingMeans, choose_frames, counted_frames, fit_masks
 from corsmal.figures import jpeg
 from corsmal.geometry import Camera
-from corsmal.parameters import METHOD_VIEWS, CentreRule, ShapeParameters
-from corsmal.selection import BestFrame, Pair
+from corsmal.parameters import METHOD_VIEWS, CentreRule, Pair, SelectionParameters, ShapeParameters
+from corsmal.selection import BestFrame
 from corsmal.shape import Agreement, KnownProfile, agreement, silhouettes
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
 from corsmal.stages.estimates import Predictors
@@ -43,8 +43,8 @@ def fingerprint(recording: Recording) -> str:
 
 
 def by_detections(opened: "OpenedRecording", *others: object, **options: object) -> tuple[object, ...]:
-    """Results that depend on the detections, too."""
-    return opened.detections.key, by_key(opened, *others, **options)
+    """Results that depend on the detections and on the rules of selection, too."""
+    return opened.detections.key, opened.selection, by_key(opened, *others, **options)
 
 
 class OpenedRecording:
@@ -52,13 +52,15 @@ class OpenedRecording:
 
     Args:
         recording: the recording.
+        selection: how its detections are filtered and its frames are scored; default: as the paper says.
 
     Attributes:
         key: see ``fingerprint``.
     """
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, selection: SelectionParameters | None = None) -> None:
         self.recording = recording
+        self.selection = selection or SelectionParameters()
         self.key = fingerprint(recording)
 
     @property
@@ -88,17 +90,23 @@ class OpenedRecording:
 
     @cached_property
     def _source(self) -> RecordingMasks:
-        return RecordingMasks(self.recording, self.detections.views)
+        return RecordingMasks(self.recording, self.detections.views, self.selection)
+
+    @cached_property
+    def counted(self) -> tuple[int, ...] | None:
+        """The frames that count for selection; None: all."""
+        return counted_frames(self.recording, self.selection)
 
     @cached(64, key=by_detections, spinner="Scoring the frames")
     def best_frame(self, pair: Pair, shape: ShapeParameters) -> BestFrame:
         """The best frame of a pair, with all scores, by the rule with which ``shape`` chooses the container."""
-        return choose_frames(self.detections.views, pair=pair, shape=shape)[0]
+        views = self.detections.views
+        return choose_frames(views, pair=pair, shape=shape, selection=self.selection, counted=self.counted)[0]
 
     @cached(64, key=by_detections)
     def estimate(self, shape: ShapeParameters, means: TrainingMeans | None = None) -> Estimate:
         """The geometry of the recording, without networks; ``means`` stand in where nothing fits."""
-        predictors = Predictors(shape, means)
+        predictors = Predictors(shape, means, selection=self.selection)
         return kept_estimate(self.recording, self.detections, predictors, store=shared.store(), source=self)
 
     @cached(24)
@@ -144,7 +152,8 @@ class OpenedRecording:
     def picture(self, view: str, frame: int, centre_rule: CentreRule) -> bytes:
         """One frame as JPEG, with its detections drawn on it where there are any."""
         image, found = self.image(view, frame), self.detections.views.get(view)
-        return jpeg(with_detections(image, found, frame, centre_rule=centre_rule), width=PICTURE_WIDTH_PX)
+        drawn = with_detections(image, found, frame, centre_rule=centre_rule, selection=self.selection)
+        return jpeg(drawn, width=PICTURE_WIDTH_PX)
 
     @cached(16, key=by_detections)
     def mask(self, view: str, frame: int, centre_rule: CentreRule) -> NDArray[np.bool_]:
@@ -215,6 +224,7 @@ class OpenedRecording:
             frame=frame,
             centre_rule=centre_rule,
             shape=shape,
+            selection=self.selection,
             store=shared.store(),
             source=self,
         )
@@ -232,6 +242,6 @@ def show_panel(panel: Callable[[OpenedRecording], object], opened: OpenedRecordi
     @st.fragment
     @guarded()
     def run() -> None:
-        panel(of_page.pop() if of_page else OpenedRecording(opened.recording))
+        panel(of_page.pop() if of_page else OpenedRecording(opened.recording, opened.selection))
 
     run()

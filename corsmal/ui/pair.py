@@ -1,10 +1,12 @@
 """The pair of views that pages are about."""
 
+from collections.abc import Sequence
+
 import streamlit as st
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from corsmal.estimation import Estimate
-from corsmal.parameters import PAIRS, ShapeParameters
+from corsmal.parameters import Pair, ShapeParameters, all_pairs
 from corsmal.selection import BestFrame
 from corsmal.ui import session
 from corsmal.ui.opened import OpenedRecording
@@ -21,29 +23,36 @@ def pair_control(opened: OpenedRecording, found: Estimate, shape: ShapeParameter
     Returns:
         The best frame of the pair: where the estimate took the pair, the frame that it took.
     """
-    selections = {pair: opened.best_frame(pair, shape) for pair in PAIRS}
+    pairs = all_pairs(shape.pairs)
+    selections = {pair: opened.best_frame(pair, shape) for pair in pairs}
     if found.best_frame is not None:
         selections[found.best_frame.pair] = found.best_frame
-    pair = session.choice().pair or (PAIRS[0] if found.best_frame is None else found.best_frame.pair)
+    pair = _among(pairs, session.choice().pair or (pairs[0] if found.best_frame is None else found.best_frame.pair))
     key = _key_showing("pair", pair)
     st.segmented_control(
         "Pair of views",
-        PAIRS,
+        pairs,
         key=key,
         required=True,
         format_func=lambda pair: f"{pair[0]} + {pair[1]}" + ("" if selections[pair].ok else " (none)"),
         on_change=_take_over,
         args=("pair", key),
-        help="The method tries the frontal view with the left one first, then with the right one. (none): no frame "
-        "in which both views show a container.",
+        help=f"The estimate tries {', then '.join(map(' + '.join, shape.pairs))}. (none): no frame in which both views "
+        "show a container.",
     )
-    return selections[session.choice().pair or pair]
+    return selections[_among(pairs, session.choice().pair or pair)]
+
+
+def _among(pairs: Sequence[Pair], wanted: Pair) -> Pair:
+    """The one of all pairs that has the wanted views."""
+    return next(pair for pair in pairs if set(pair) == set(wanted))
 
 
 def chosen_best(opened: OpenedRecording) -> BestFrame:
     """The best frame of the chosen pair; where none is chosen, of the first pair that has one, without an estimate."""
     pair, shape = session.choice().pair, session.choice().estimated_shape
-    found = [opened.best_frame(pair, shape) for pair in (PAIRS if pair is None else [pair])]
+    wanted = shape.pairs if pair is None else [_among(all_pairs(shape.pairs), pair)]
+    found = [opened.best_frame(each, shape) for each in wanted]
     return next((best for best in found if best.ok), found[0])
 
 

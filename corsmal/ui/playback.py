@@ -1,7 +1,7 @@
 """What the time line plays: pictures of frames with their detections, and the sound. Routes call it, outside a page."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from corsmal.dataset import Recording, Video
 from corsmal.detection import ViewDetections, filter_detections
 from corsmal.errors import NotFoundError
 from corsmal.figures import draw_detections, jpeg
-from corsmal.parameters import CentreRule
+from corsmal.parameters import CentreRule, SelectionParameters
 from corsmal.ui import media
 
 PICTURE_WIDTH_PX = 640
@@ -18,12 +18,18 @@ PICTURE_WIDTH_PX = 640
 
 
 def with_detections(
-    image: NDArray[np.uint8], found: ViewDetections | None, frame: int, *, centre_rule: CentreRule
+    image: NDArray[np.uint8],
+    found: ViewDetections | None,
+    frame: int,
+    *,
+    centre_rule: CentreRule,
+    selection: SelectionParameters,
 ) -> NDArray[np.uint8]:
     """A frame of a view with its detections drawn on it where it was inspected: (H, W, 3) uint8 RGB."""
     if found is None or frame not in found:
         return image
-    return draw_detections(image, found[frame], filter_detections(found[frame], centre_rule=centre_rule))
+    filtered = filter_detections(found[frame], centre_rule=centre_rule, parameters=selection)
+    return draw_detections(image, found[frame], filtered)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +41,14 @@ class Playback:
         videos: the views that can be read. Each is decoded in sequence as long as frames are asked for in sequence.
         detections: by view.
         centre_rule: the rule by which detections are dropped.
+        selection: the other rules.
     """
 
     recording: Recording
     videos: Mapping[str, Video]
     detections: Mapping[str, ViewDetections]
     centre_rule: CentreRule
+    selection: SelectionParameters = field(default_factory=SelectionParameters)
 
     def picture(self, view: str, frame: int) -> bytes:
         """One frame as JPEG, with its detections.
@@ -52,7 +60,8 @@ class Playback:
         if view not in self.videos or frame < 0:
             raise NotFoundError(f"recording {self.recording.id} has no frame {frame} of {view}")
         image = self.videos[view][frame]
-        drawn = with_detections(image, self.detections.get(view), frame, centre_rule=self.centre_rule)
+        found = self.detections.get(view)
+        drawn = with_detections(image, found, frame, centre_rule=self.centre_rule, selection=self.selection)
         return jpeg(drawn, width=PICTURE_WIDTH_PX)
 
     def sound(self, channel: int | None) -> bytes:

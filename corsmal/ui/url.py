@@ -17,15 +17,21 @@ from corsmal.evaluation.flagged import ANY
 from corsmal.figures.hull import Scope
 from corsmal.mass import AxisRule
 from corsmal.notes import FLAGS
-from corsmal.parameters import PAIRS, SHAPE_PRESETS, HeightRange
-from corsmal.selection import Pair
+from corsmal.parameters import SELECTION_PRESETS, SHAPE_PRESETS, HeightRange, read_pair
 from corsmal.ui.choice import NOTHING, SHOWN, Choice, View, differences
-from corsmal.ui.controls import PADDING_MAX_PX, PARAMETERS, TYPED, TYPED_HIGH, TYPED_LOW, Number, Switch, read_number
+from corsmal.ui.controls import (
+    BETWEEN,
+    PADDING_MAX_PX,
+    PARAMETERS,
+    TYPED,
+    TYPED_HIGH,
+    TYPED_LOW,
+    Number,
+    Switch,
+    read_number,
+)
 
 NAME_MAX = 80
-BETWEEN = "~"
-"""What separates several values of a parameter."""
-
 CAMERA_DIGITS, CAMERA_MAX = 3, 100.0
 DATASET = re.compile(r".{1,80}-[0-9a-f]{8}")
 
@@ -85,6 +91,8 @@ def value_text(value: Any) -> str:
     """A parameter as an address says it."""
     if isinstance(value, HeightRange):
         return f"{value.reference}:{value.low_mm:g}:{value.high_mm:g}"
+    if isinstance(value, tuple):
+        return BETWEEN.join(map("-".join, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -147,13 +155,6 @@ def _dataset(text: str) -> str:
     return text
 
 
-def _pair(text: str) -> Pair:
-    pair = tuple(text.split("-"))
-    if pair not in PAIRS:
-        raise ArgumentError(f"available pairs: {', '.join('-'.join(pair) for pair in PAIRS)}")
-    return pair[0], pair[1]
-
-
 def _frame(text: str) -> int:
     frame = read_number(text, whole=True)
     if not 0 <= frame < 10_000_000:
@@ -206,12 +207,13 @@ def _switch(text: str) -> bool:
 FIELDS: dict[str, Field] = {
     "dataset": Field("dataset", _dataset),
     "recording": Field("recording", str),
-    "pair": Field("pair", _pair, "-".join),
+    "pair": Field("pair", read_pair, "-".join),
     "frame": Field("frame", _frame),
     "match": Field("match", _options("index")),
     "offset": Field("offsets_s", _offsets, lambda found: BETWEEN.join(f"{view}:{value_text(s)}" for view, s in found)),
     "crop": Field("crop_s", _crop, lambda crop_s: "-".join(f"{end_s:.2f}" for end_s in crop_s)),
     "estimate": Field("estimate", lambda text: text if text == SHOWN else _preset(text)),
+    "selection": Field("selection", _options(*SELECTION_PRESETS)),
     "ch": Field("channel", lambda text: _whole(1, CHANNELS)(text) - 1, lambda channel: str(channel + 1)),
     "compare": Field("compared", lambda text: text if text == NOTHING else _preset(text)),
     "scope": Field("scope", _options(*get_args(Scope))),

@@ -71,6 +71,7 @@ def test_one_run_differs_from_nothing(run):
 def test_each_preset_varies_only_what_it_uses():
     assert {name: shape.varied for name, shape in SHAPE_PRESETS.items()} == {
         "paper": ("circumferences", "max_difference_mm", "points", "radii"),
+        "released": ("circumferences", "max_difference_mm", "points", "radii"),
         "lode": ("circumferences", "points", "radii"),
         "tuned": ("tilt_deg", "wall_mm", "frames", "circumferences"),
     }

@@ -5,13 +5,14 @@ from typing import Any
 import pandas as pd
 import streamlit as st
 
+from corsmal.estimation.records import FITTED
 from corsmal.evaluation import METRICS
 from corsmal.evaluation.metrics import CLASS_NAMES
-from corsmal.parameters import PAIRS
+from corsmal.parameters import SELECTION_PRESETS, own_selection
 from corsmal.quantities import BY_METRIC, QUANTITIES
 from corsmal.runs.run import Run
 from corsmal.ui import session
-from corsmal.ui.choice import OF_RECORDING, estimate_of
+from corsmal.ui.choice import OF_RECORDING, Choice, estimate_of
 from corsmal.ui.evaluation.judged import METRIC_NAMES, Judged
 
 STAGE_PAGES = {quantity.metric: quantity.stage for quantity in QUANTITIES} | {"failures": "frames"}
@@ -87,10 +88,11 @@ def open_recording(run: Run, recording: str, *, metric: str, page: str | None = 
         recording=recording,
         shape=shape,
         estimate=estimate_of(shape),
+        selection=_selection_name(run),
         **OF_RECORDING
         | {
             "frame": row.get("best_frame"),
-            "pair": pair if pair in PAIRS else None,
+            "pair": pair if len(pair) == 2 else None,
             "match": None if matching.by == "time" else matching.by,
             "offsets_s": matching.offsets_s,
         },
@@ -99,8 +101,15 @@ def open_recording(run: Run, recording: str, *, metric: str, page: str | None = 
     st.switch_page(f"pages/{page}.py")
 
 
+def _selection_name(run: Run) -> str | None:
+    """The preset of a run's selection where an address has to say it."""
+    own = own_selection(Choice(shape=run.settings.shape).preset)
+    name = next((name for name, each in SELECTION_PRESETS.items() if each == run.settings.selection), own)
+    return None if name == own else name
+
+
 def _failed_stage(row: dict[str, Any] | Any) -> str:
     """The page that explains a failed recording: where its first missing number should have come from."""
-    if row.get("status") not in ("fitted", "fitted, second pair"):
+    if row.get("status") not in FITTED:
         return "frames"
     return "filling" if row.get("filling_type") is None else "mass"

@@ -9,7 +9,7 @@ from corsmal.dataset import Dataset, Recording
 from corsmal.dataset.clock import Matching
 from corsmal.engines.local import local_engine
 from corsmal.errors import CorsmalError
-from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS, ShapeParameters
+from corsmal.parameters import METHOD_VIEWS, SELECTION_PRESETS, SHAPE_PRESETS, ShapeParameters, own_selection
 from corsmal.runs.making import make_run
 from corsmal.runs.names import NAME_MAX, check_name, numbered_names
 from corsmal.runs.progress import RunProgress, Work
@@ -63,10 +63,19 @@ def new_run(dataset: Dataset, taken: list[str]) -> None:
                 f"The run leaves out its estimates; train it with `python -m corsmal train {weights.kind} ROOT RUN` "
                 f"and name it in `CORSMAL_{weights.kind.upper()}_WEIGHTS`."
             )
+    own = own_selection(session.choice().preset if preset == OWN else preset)
+    selections = [own, *(name for name in SELECTION_PRESETS if name != own)]
+    selection = one_of("Rules for the best frame", {name: name for name in selections}, key=f"run_selection {own}")
     matching = session.choice().matching
     if matching != Matching():
         st.caption(f":material/schedule: The views of all recordings are matched {matching}, as on the *Frames* page.")
-    settings = default_settings(dataset, shape=presets[preset], detector=detector, matching=matching)
+    settings = default_settings(
+        dataset,
+        shape=presets[preset],
+        selection=SELECTION_PRESETS[selection],
+        detector=detector,
+        matching=matching,
+    )
     left_out = left_out_note(dataset, settings)
     if left_out:
         st.caption(f":material/info: {left_out}")

@@ -11,7 +11,7 @@ from corsmal.figures.answer import answer_figure
 from corsmal.figures.pins import Pin
 from corsmal.figures.restoration import restored_figure
 from corsmal.mass import restore_mask
-from corsmal.parameters import FRONTAL_VIEW, PAIRS
+from corsmal.parameters import FRONTAL_VIEW
 from corsmal.selection import BestFrame
 from corsmal.ui import session
 from corsmal.ui.filling import sound
@@ -29,15 +29,22 @@ HULL, HEIGHT_PX = "overview_hull", 330
 
 def views(opened: OpenedRecording, found: Estimate) -> None:
     """The three views with their masks, at first at the best frame."""
-    best = found.best_frame or opened.best_frame(PAIRS[0], session.choice().estimated_shape)
+    best = found.best_frame or _first_pair(opened)
     page_link(f"Frames: {_best_text(opened, best)}", "frames", found)
     show_panel(lambda opened: time_line(opened, best, is_large=True), opened)
+
+
+def _first_pair(opened: OpenedRecording) -> BestFrame:
+    shape = session.choice().estimated_shape
+    return opened.best_frame(shape.pairs[0], shape)
 
 
 def _best_text(opened: OpenedRecording, best: BestFrame) -> str:
     if best.frame is None:
         return "none is the best yet"
     time = f" ({best.frame / opened.fps:.2f} s)" if opened.fps else ""
+    if best.is_fallback:
+        return f"{best.frame}{time}, because none passes the rules"
     return f"{best.frame}{time} {'fits best' if best.is_by_fit else 'has the best View Score'}"
 
 
@@ -92,11 +99,11 @@ def answer_pins(opened: OpenedRecording, found: Estimate, tiles: Mapping[str, Ti
 def mask(opened: OpenedRecording, found: Estimate) -> None:
     """The mask that the container's mass is predicted from, restored."""
     page_link("Mask, restored by symmetry", "mass", found)
-    if found.fit is None or found.fit.frame is None or found.best_frame is None:
+    if found.mass_frame is None or found.best_frame is None:
         st.caption("There is no mask without a fit.")
         return
     with guarded():
-        frame, rule = found.fit.frame, found.best_frame.centre_rule
+        frame, rule = found.mass_frame, found.best_frame.centre_rule
         seen = opened.mask(FRONTAL_VIEW, frame, rule)
         restored = restore_mask(seen) if found.mass is None else found.mass.restored
         linked_plot(

@@ -40,10 +40,12 @@ def measures(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fit]], tru
         error = "" if value is None or not true else f", error {percent_error(value, true)}"
         lines = ["no annotation" if true is None else f"annotated {BY_NAME[quantity].text(true)}{error}"]
         for parameters, fit in fits:
-            if fit.ok:
-                single: float = getattr(fit.dimensions, quantity)
+            single: float | None = getattr(fit.dimensions, quantity)
+            if single is not None:
                 against = f", {percent_error(single, value)}" if value else ""
                 lines.append(f"this frame, `{parameters}`: **{amount(quantity, single)}**{against}")
+            elif fit.ok:
+                lines.append(f"this frame, `{parameters}`: none, {fit.dimensions.unmeasured[quantity]}")
         column.caption("  \n".join(lines))
     if found.fit is None:
         st.caption(f":material/search_off: Whole recording: {plain('; '.join(found.notes)) or 'nothing was fitted'}")
@@ -56,7 +58,8 @@ def measured_numbers(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fi
         if fit.ok:
             for quantity in GEOMETRY:
                 label = f"{BY_NAME[quantity].label}, frame {fit.frame}, {parameters}"
-                numbers[label] = amount(quantity, getattr(fit.dimensions, quantity))
+                single = getattr(fit.dimensions, quantity)
+                numbers[label] = "not measured" if single is None else amount(quantity, single)
     for quantity in GEOMETRY:
         if (value := getattr(found, quantity)) is not None:
             sure = _sureness(found, quantity, name).removeprefix(f"{name}: ")
@@ -68,6 +71,8 @@ def _sureness(found: Estimate, quantity: str, name: str) -> str:
     """What the number of the whole recording is from, and its interval."""
     if found.fit is None:
         return "not fitted" if getattr(found, quantity) is None else "training mean"
+    if quantity in found.fit.dimensions.unmeasured and quantity not in found.intervals:
+        return f"{name}: " + ("not measured" if getattr(found, quantity) is None else "not measured, training mean")
     if quantity not in found.intervals:
         return f"{name}: frame {found.fit.frame}"
     low, high = found.intervals[quantity]

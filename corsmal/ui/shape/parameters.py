@@ -8,10 +8,10 @@ from typing import Any
 import streamlit as st
 
 from corsmal.errors import ArgumentError
-from corsmal.parameters import SHAPE_PRESETS, HeightRange, ShapeMethod, ShapeParameters
+from corsmal.parameters import SHAPE_PRESETS, HeightRange, Pair, ShapeMethod, ShapeParameters, all_pairs
 from corsmal.ui import session
 from corsmal.ui.choice import NOTHING, SHOWN
-from corsmal.ui.controls import HEIGHT_LIMIT_MM, PARAMETERS, Number, Options
+from corsmal.ui.controls import HEIGHT_LIMIT_MM, PARAMETERS, Number, Options, Pairs
 from corsmal.ui.linked_plot import PlotEvent, Slider
 from corsmal.ui.url import camera_view, value_text
 
@@ -20,9 +20,12 @@ LIVE: dict[ShapeMethod, tuple[str, ...]] = {
     "outlines": ("tilt_deg", "wall_mm"),
 }
 """The parameters that refit while they are dragged."""
+CIRCUMFERENCE_RULES = (
+    "fit_rule", "width_rule", "height_rule", "angle_rule", "pixel_rule", "triangulation", "height_range",
+)  # fmt: skip
 QUIET: dict[ShapeMethod, tuple[str, ...]] = {
-    "circumferences": ("points", "radii", "radius_max_mm", "radius_min_mm", "fit_rule", "width_rule", "height_range"),
-    "outlines": ("boxes", "all_views"),
+    "circumferences": ("points", "radii", "radius_max_mm", "radius_min_mm", *CIRCUMFERENCE_RULES, "pairs"),
+    "outlines": ("boxes", "all_views", "triangulation", "pairs"),
 }
 OWN = "own_shape"
 
@@ -36,8 +39,8 @@ def preset_control() -> None:
         key="preset_control",
         required=True,
         on_change=_preset_chosen,
-        help="`paper`: the published method. `lode`: the method that it is based on. `tuned`: ours, from the masks' "
-        "outlines.",
+        help="`paper`: the published method. `released`: the authors' program. `lode`: the method that they "
+        "are based on. `tuned`: ours, from the masks' outlines.",
     )
 
 
@@ -162,11 +165,26 @@ def other_parameters() -> None:
             elif isinstance(parameter, Number):
                 label = f"{parameter.label} ({parameter.unit})" if parameter.unit else parameter.label
                 st.slider(label, parameter.low, parameter.high, step=parameter.step, **follow)
+            elif isinstance(parameter, Pairs):
+                _pairs(shape.pairs, parameter.label)
             elif isinstance(parameter, Options):
                 names = parameter.options
                 st.selectbox(parameter.label, list(names), format_func=names.__getitem__, **follow)
             else:
                 st.toggle(parameter.label, **follow)
+
+
+def _pairs(value: tuple[Pair, ...], label: str) -> None:
+    st.session_state["shape_pairs"] = list(value)
+    st.multiselect(
+        label,
+        all_pairs(value),
+        key="shape_pairs",
+        format_func=" + ".join,
+        on_change=_changed,
+        args=("pairs", lambda: tuple(st.session_state["shape_pairs"])),
+        help="Of the estimate over the whole recording. The next pair is tried where one gives no fit.",
+    )
 
 
 def _height_range(value: HeightRange) -> None:

@@ -101,10 +101,19 @@ def reprojections(
     fit: Fit,
     *,
     frame: int,
-    points: int,
+    shape: ShapeParameters,
     agreements: Mapping[str, Agreement],
 ) -> None:
-    """The circumferences over both views' pictures and masks; ``agreements`` is as in ``measures.frame_problems``."""
+    """The circumferences over both views' pictures and masks.
+
+    Args:
+        opened: the recording.
+        best: the pair.
+        fit: of the frame.
+        frame: frame index.
+        shape: parameters of the fit.
+        agreements: as in ``measures.frame_problems``.
+    """
     for column, view in zip(st.columns(2), best.pair, strict=True):
         with column, guarded():
             st.markdown(f"**{view}**, frame {frame}{_explained(agreements.get(view))}")
@@ -115,7 +124,7 @@ def reprojections(
                 st.caption(f"Nothing to project: {error}.")
                 continue
             linked_plot(
-                reprojection_figure.parts(opened.image(view, frame), mask, camera, fit.hull, points=points),
+                reprojection_figure.parts(opened.image(view, frame), mask, camera, fit.hull, parameters=shape),
                 key=f"reprojection_{view}",
                 label=f"Circumferences reprojected into {view}",
                 height_px=460,

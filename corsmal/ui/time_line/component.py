@@ -78,8 +78,8 @@ def time_line(
         if not problems:
             st.info(f"There is nothing to play. Missing: {', '.join(opened.recording.missing)}.", icon=EMPTY)
         return frame
-    playback = Playback(opened.recording, videos, opened.detections.views, best.centre_rule)
-    url = playback_url(playback, (opened.key, best.centre_rule))
+    playback = Playback(opened.recording, videos, opened.detections.views, best.centre_rule, opened.selection)
+    url = playback_url(playback, (opened.key, best.centre_rule, opened.selection))
     channel = session.choice().channel
     _component(
         key=TIME_LINE,

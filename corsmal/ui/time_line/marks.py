@@ -24,7 +24,7 @@ def marks(best: BestFrame, *, crop_s: tuple[float, float] | None, fps: float, fr
         crop = [start, end] if start < end else None
     return {
         "best": best.frame if best.frame is not None and best.frame < frames else None,
-        "best_name": "Best fit" if best.is_by_fit else "Best",
+        "best_name": "Fallback" if best.is_fallback else "Best fit" if best.is_by_fit else "Best",
         "inspected": [score.frame for score in best.scores if score.frame < frames],
         "crop": crop,
     }

@@ -1,59 +1,34 @@
-"""Every number of the method, with named presets.
-
-The numbers are those of the paper's Table 1 and section 3.1; where the paper is silent, the docstring says what was
-chosen and why.
-"""
+"""How the hull is fitted and measured, with named presets."""
 
 import math
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
+from corsmal.digests import UNLESS_DEFAULT
 from corsmal.errors import ArgumentError, check_choice
-
-CONTAINER_CLASSES = {44: "bottle", 46: "wine glass", 47: "cup", 84: "book", 86: "vase"}
-"""COCO category numbers of the objects that are taken for a container (paper 3.1)."""
-
-PAIRS = (("view3", "view1"), ("view3", "view2"))
-"""The pairs of views in the order in which they are tried: the paper's (1, 2) and (1, 3), in the dataset's names."""
-
-METHOD_VIEWS = tuple(dict.fromkeys(view for pair in PAIRS for view in pair))
-"""The views that the method uses, in the order of its pairs."""
-
-FRONTAL_VIEW = PAIRS[0][0]
-"""The robot's own view, from which the container's mass is predicted."""
-
-CentreRule = Literal["both thirds", "horizontal third", "none"]
-CENTRE_RULES: tuple[CentreRule, ...] = get_args(CentreRule)
-"""The ladder: where the centre of a box must lie, from the paper's rule to none at all."""
+from corsmal.parameters.views import PAIRS, RELEASED_PAIRS, Pair, check_pairs
 
 ShapeMethod = Literal["circumferences", "outlines"]
 FitRule = Literal["any", "all"]
-WidthRule = Literal["ends", "widest", "whole"]
+AngleRule = Literal["circle", "0-359"]
+PixelRule = Literal["rounded", "truncated"]
+Triangulation = Literal["unit rows", "plain rows"]
+WidthRule = Literal["ends", "widest", "whole", "steps"]
+HeightRule = Literal["ends", "extent"]
 HeightReference = Literal["masks", "world", "centroid"]
 
+RULES: dict[str, tuple[str, ...]] = {
+    "fit_rule": get_args(FitRule),
+    "width_rule": get_args(WidthRule),
+    "method": get_args(ShapeMethod),
+    "angle_rule": get_args(AngleRule),
+    "pixel_rule": get_args(PixelRule),
+    "triangulation": get_args(Triangulation),
+    "height_rule": get_args(HeightRule),
+}
+"""The fields of ``ShapeParameters`` that choose one of several rules, and these."""
 
 TILT_MAX_DEG, WALL_MAX_MM = 30.0, 10.0
-
-
-@dataclass(frozen=True)
-class SelectionParameters:
-    """How detections are filtered before frames are scored (paper 3.1).
-
-    Args:
-        score_min: detections with a lower score are dropped.
-        detections_max: how many are kept per frame at most, those with the highest scores.
-        classes: COCO category numbers that count as a container.
-    """
-
-    score_min: float = 0.5
-    detections_max: int = 3
-    classes: frozenset[int] = frozenset(CONTAINER_CLASSES)
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.score_min <= 1:
-            raise ArgumentError(f"score_min must lie in 0..1, got {self.score_min}")
-        if self.detections_max < 1:
-            raise ArgumentError(f"detections_max must be at least 1, got {self.detections_max}")
 
 
 @dataclass(frozen=True)
@@ -90,9 +65,10 @@ class ShapeParameters:
         radius_min_mm: r_min; also the radius of a circumference that fits no view.
         max_difference_mm: d_max, the largest step between neighbouring radii that smoothing keeps.
         fit_rule: a radius is accepted when its circumference fits ``any`` view (the paper) or ``all`` (LoDE).
-        width_rule: ``ends`` reads widths and height at the ends of the profile (equations 7 and 8); ``widest`` takes
-            twice the largest radius and the extent of the converged circumferences (LoDE); ``whole`` takes the first
-            and the last circumference, for hulls that end where the container does.
+        width_rule: ``ends`` reads the widths at the ends of the profile (equations 7 and 8); ``widest`` takes twice
+            the largest radius (LoDE); ``whole`` takes the first and the last circumference, for hulls that end where
+            the container does; ``steps`` is the authors' program's, see ``corsmal.shape.steps``: each width may fail
+            by itself.
         height_range: where the circumferences are placed. The paper does not say; default: the axis' own extent in
             the masks plus 20 mm at both ends.
         method: ``circumferences`` shrinks circles until they fit the masks (the paper, LoDE); ``outlines`` reads the
@@ -105,6 +81,18 @@ class ShapeParameters:
             explains its masks.
         wall_mm: thickness of a round container's wall, which the capacity leaves out together with what is below a
             stem's narrowest place; 0: the capacity is the volume of the hull.
+        pairs: the pairs of views in the order in which they are tried.
+        angle_rule: the N points lie at equally spaced angles over the full ``circle``, or from 0° to 359°, both
+            included (``0-359``, the authors' program): the last two are then close together.
+        pixel_rule: which pixel a projected point falls on. ``rounded``: the nearest; outside of the image it is off
+            the mask. ``truncated`` (the authors' program): coordinates are cut off towards zero, a pixel beyond the
+            right or lower border is moved onto it, and one beyond the left or upper border is counted from the
+            opposite one.
+        triangulation: the rows of the linear system for the centroid have ``unit`` length, or are ``plain``, as the
+            authors' program and OpenCV have them: these weight the views by their cameras' focal lengths and distances.
+        height_rule: the height reaches between the ``ends`` of the profile: those of equations 7 and 8, with
+            ``widest`` and ``whole`` the first and the last circumference; or it is the ``extent`` of the converged
+            circumferences (the authors' program).
     """
 
     circumferences: int = 145
@@ -122,6 +110,11 @@ class ShapeParameters:
     all_views: bool = False
     frames: int = 1
     wall_mm: float = 0.0
+    pairs: tuple[Pair, ...] = field(default=PAIRS, metadata=UNLESS_DEFAULT)
+    angle_rule: AngleRule = field(default="circle", metadata=UNLESS_DEFAULT)
+    pixel_rule: PixelRule = field(default="rounded", metadata=UNLESS_DEFAULT)
+    triangulation: Triangulation = field(default="unit rows", metadata=UNLESS_DEFAULT)
+    height_rule: HeightRule = field(default="ends", metadata=UNLESS_DEFAULT)
 
     def __post_init__(self) -> None:
         for name, least in (("circumferences", 2), ("points", 3), ("radii", 2), ("frames", 1)):
@@ -134,8 +127,9 @@ class ShapeParameters:
             )
         if not self.max_difference_mm >= 0:
             raise ArgumentError(f"max_difference_mm must not be negative, got {self.max_difference_mm}")
-        for name, choices in (("fit_rule", FitRule), ("width_rule", WidthRule), ("method", ShapeMethod)):
-            check_choice(name, getattr(self, name), get_args(choices))
+        for name, choices in RULES.items():
+            check_choice(name, getattr(self, name), choices)
+        check_pairs(self.pairs)
         if not 0 <= self.tilt_deg <= TILT_MAX_DEG:
             raise ArgumentError(f"tilt_deg must lie in 0..{TILT_MAX_DEG:g}, got {self.tilt_deg}")
         if not 0 <= self.wall_mm <= WALL_MAX_MM:
@@ -145,9 +139,10 @@ class ShapeParameters:
     def ignored(self) -> frozenset[str]:
         """The fields that change nothing with this method; a profile is smoothed only where its ends are looked for."""
         if self.method == "outlines":
-            radii = {"points", "radii", "radius_max_mm", "radius_min_mm"}
+            radii = {"points", "radii", "radius_max_mm", "radius_min_mm", "angle_rule", "pixel_rule"}
             return frozenset({*radii, "max_difference_mm", "fit_rule", "height_range"})
-        return frozenset({"tilt_deg", "boxes"} | ({"max_difference_mm"} if self.width_rule != "ends" else set()))
+        smoothed = self.width_rule in ("ends", "steps")
+        return frozenset({"tilt_deg", "boxes"} | (set() if smoothed else {"max_difference_mm", "height_rule"}))
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -175,6 +170,20 @@ class ShapeParameters:
         )
 
     @classmethod
+    def released(cls) -> "ShapeParameters":
+        """The program that the paper's authors released, where it does otherwise than the paper's text says."""
+        return cls(
+            circumferences=500,
+            height_range=HeightRange("world", -100.0, 400.0),
+            width_rule="steps",
+            pairs=RELEASED_PAIRS,
+            angle_rule="0-359",
+            pixel_rule="truncated",
+            triangulation="plain rows",
+            height_rule="extent",
+        )
+
+    @classmethod
     def tuned(cls) -> "ShapeParameters":
         """Outlines instead of circles, a leaning axis, boxes, all views, several frames, and the wall left out."""
         return cls(
@@ -186,10 +195,3 @@ class ShapeParameters:
             frames=16,
             wall_mm=1.0,
         )
-
-
-SHAPE_PRESETS = {
-    "paper": ShapeParameters.paper(),
-    "lode": ShapeParameters.lode(),
-    "tuned": ShapeParameters.tuned(),
-}
