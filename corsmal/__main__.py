@@ -8,6 +8,7 @@ import typer
 
 from corsmal.commands import complain, complaints_of_the_store, detector, evaluating, filling, keeping_runs, mass, runs
 from corsmal.commands.attribution import attribute
+from corsmal.commands.comparing import compare
 from corsmal.commands.demo import demo
 from corsmal.commands.doctor import doctor
 from corsmal.commands.reporting import report
@@ -51,6 +52,7 @@ EVALUATE: dict[str, Command] = {
     "filling": filling.evaluate,
     "mass": mass.evaluate,
     "detector": detector.evaluate,
+    "compare": compare,
 }
 
 

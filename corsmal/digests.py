@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from corsmal.errors import ArgumentError, FileError
+from corsmal.fields import UNLESS_DEFAULT
 
 Chunk = bytes | memoryview
 """A part of what is digested."""
@@ -16,17 +17,13 @@ Chunk = bytes | memoryview
 FORMAT_VERSION = 1
 """Part of every digest; raised when stored files change their form."""
 
-UNLESS_DEFAULT: Mapping[str, bool] = {"unless default": True}
-"""Metadata of a dataclass' field whose default is left out of digests: such a field can be added to a record, with a
-default that means what the record meant before, and what was kept under its digest is still found."""
-
 
 def digest(*parts: Any) -> str:
     """A stable digest of values, the same in every process and on every machine.
 
     Args:
         parts: None, bools, numbers (exact, type included), strings, bytes, paths (by ``file_fingerprint``), NumPy
-            arrays, and dataclasses, tuples, lists, sets and mappings of these; see ``UNLESS_DEFAULT``.
+            arrays, and dataclasses, tuples, lists, sets and mappings of these; see ``fields.UNLESS_DEFAULT``.
 
     Returns:
         32 hexadecimal digits.
@@ -79,7 +76,7 @@ def _content(value: Any) -> tuple[str, Sequence[Chunk]]:
         fields = {
             field.name: getattr(value, field.name)
             for field in dataclasses.fields(value)
-            if not (field.metadata.get("unless default") and getattr(value, field.name) == field.default)
+            if not (UNLESS_DEFAULT.items() <= field.metadata.items() and getattr(value, field.name) == field.default)
         }
         return "record", _encode((type(value).__qualname__, fields))
     return _collection(value)

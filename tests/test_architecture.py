@@ -18,7 +18,7 @@ PAGES = [ROOT / "app.py", *sorted((ROOT / "pages").glob("*.py"))]
 LINES_MAX = 260
 
 FLOORS = (
-    ("errors",),
+    ("errors", "fields"),
     ("digests", "files", "notes"),
     ("weights", "store", "geometry", "quantities", "parameters"),
     ("dataset",),

@@ -2,7 +2,7 @@ import itertools
 import os
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ import pytest
 
 from corsmal.digests import digest, file_fingerprint
 from corsmal.errors import ArgumentError, FileError
+from corsmal.fields import UNLESS_DEFAULT
 from corsmal.parameters import SelectionParameters, ShapeParameters
 
 
@@ -126,3 +127,19 @@ def test_an_absent_file_or_a_folder_has_no_fingerprint(tmp_path):
     for path in (tmp_path / "absent", tmp_path):
         with pytest.raises(FileError):
             file_fingerprint(path)
+
+
+@dataclass(frozen=True)
+class Before:
+    size: int = 3
+
+
+def test_a_field_with_a_default_that_means_what_was_before_leaves_the_digest_alone():
+    @dataclass(frozen=True)
+    class After:
+        size: int = 3
+        rule: str = field(default="old", metadata=UNLESS_DEFAULT)
+
+    After.__qualname__ = Before.__qualname__
+    assert digest(After()) == digest(Before())
+    assert digest(After(rule="new")) != digest(Before())

@@ -10,13 +10,14 @@ FADED = 0.35
 """Opacity of a change that may be chance."""
 
 
-def stage_figure(table: pd.DataFrame) -> go.Figure:
+def stage_figure(table: pd.DataFrame, *, after: str = "with the truth") -> go.Figure:
     """A panel per stage: every error as it is, and with that stage replaced by the truth.
 
     Args:
         table: a row per stage and metric: ``stage`` and ``label`` as people read them, ``before`` and ``after`` (in %,
             the lower the better), ``is_clear`` (whether the change is more than chance) and ``told``, what is said
             where the mouse rests.
+        after: what the points are, for the legend.
 
     Returns:
         Panels side by side with one scale. A grey ring is the error as it is, a point that with the truth: green where
@@ -31,7 +32,8 @@ def stage_figure(table: pd.DataFrame) -> go.Figure:
         zip(stages, side_by_side(len(stages), gap=0.03), strict=True), start=1
     ):
         ending = "" if number == 1 else str(number)
-        traces += _panel(table[table["stage"] == stage], places, {"xaxis": f"x{ending}", "yaxis": f"y{ending}"}, number)
+        on = {"xaxis": f"x{ending}", "yaxis": f"y{ending}"}
+        traces += _panel(table[table["stage"] == stage], places, on, is_first=number == 1, after=after)
         layout[f"xaxis{ending}"] = axis(
             "error (%)", domain=[start, end], anchor=f"y{ending}", range=[-0.03 * highest, 1.06 * highest]
         )
@@ -49,28 +51,27 @@ def stage_figure(table: pd.DataFrame) -> go.Figure:
     return go.Figure(traces, layout)
 
 
-def _panel(rows: pd.DataFrame, places: dict[str, int], on: Part, number: int) -> list[Part]:
+def _panel(rows: pd.DataFrame, places: dict[str, int], on: Part, *, is_first: bool, after: str) -> list[Part]:
     heights = rows["label"].map(places).to_numpy(dtype=np.float64)
-    before, after = (rows[name].to_numpy(dtype=np.float64) for name in ("before", "after"))
+    old, new = (rows[name].to_numpy(dtype=np.float64) for name in ("before", "after"))
     gaps = np.full(len(rows), np.nan)
     is_clear = rows["is_clear"].to_numpy(dtype=bool)
-    colours = np.where(~is_clear, TRUTH, np.where(after < before, INSIDE, OUTSIDE))
+    colours = np.where(~is_clear, TRUTH, np.where(new < old, INSIDE, OUTSIDE))
     lines = {"line": {"color": TRUTH, "width": 2}, "showlegend": False, "hoverinfo": "skip"}
     ring = {"size": 10, "color": TRUTH, "symbol": "circle-open", "line": {"width": 2}}
     point = {"size": 11, "color": colours.tolist(), "opacity": np.where(is_clear, 1.0, FADED + 0.3).tolist()}
     look = {"customdata": list(rows["told"]), "hovertemplate": "%{customdata}<extra></extra>"}
-    x, y = (np.column_stack(each).ravel() for each in ([before, after, gaps], [heights, heights, gaps]))
-    first = number == 1
+    x, y = (np.column_stack(each).ravel() for each in ([old, new, gaps], [heights, heights, gaps]))
     return [
         scatter(x, y, mode="lines", **lines, **on),
-        scatter(before, heights, mode="markers", name="as it is", marker=ring, showlegend=first, **look, **on),
+        scatter(old, heights, mode="markers", name="as it is", marker=ring, showlegend=is_first, **look, **on),
         scatter(
-            after,
+            new,
             heights,
             mode="markers",
-            name="with the truth (faded: no clear change)",
+            name=f"{after} (faded: no clear change)",
             marker=point,
-            showlegend=first,
+            showlegend=is_first,
             **look,
             **on,
         ),

@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-from corsmal.digests import UNLESS_DEFAULT
 from corsmal.errors import ArgumentError, check_choice
+from corsmal.fields import UNLESS_DEFAULT
 from corsmal.parameters.views import CONTAINER_CLASSES
 
 CentreRule = Literal["both thirds", "horizontal third", "none", "middle half"]

@@ -10,8 +10,9 @@ from corsmal.dataset import Dataset, Recording
 from corsmal.dataset.audio import CHANNELS, sound_duration_s
 from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError, FileError
-from corsmal.parameters import METHOD_VIEWS, ShapeParameters
-from corsmal.stages.settings import DetectorSettings
+from corsmal.estimation import TrainingMeans
+from corsmal.parameters import METHOD_VIEWS, ShapeParameters, selection_of
+from corsmal.stages.settings import DetectorSettings, EstimateSettings
 
 if TYPE_CHECKING:
     from corsmal.filling import FillingTraining
@@ -63,6 +64,10 @@ class ReproductionSettings:
                 raise ArgumentError(f"{name} must be one of {get_args(choices)}, got {getattr(self, name)!r}")
         if self.seeds < 1:
             raise ArgumentError(f"seeds must be at least 1, got {self.seeds}")
+
+    def estimates_with(self, means: TrainingMeans | None) -> EstimateSettings:
+        """What recordings are estimated with, but for the networks."""
+        return EstimateSettings(self.shape, means, detector=self.detector, selection=selection_of(self.shape))
 
     @property
     def filling(self) -> "FillingTraining":

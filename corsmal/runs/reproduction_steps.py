@@ -12,7 +12,6 @@ from corsmal.dataset import Dataset, TrainedOn
 from corsmal.engines.engine import Engine
 from corsmal.errors import ArgumentError, CorsmalError
 from corsmal.estimation import TrainingMeans
-from corsmal.parameters import selection_of
 from corsmal.runs.making import make_run
 from corsmal.runs.reproduction_mass import KEY_DIGITS, final_mass_network, identity_of, mass_predictions
 from corsmal.runs.reproduction_notes import filling_notes, mass_notes
@@ -99,10 +98,7 @@ class Work:
             self._notes.append(sentence)
 
     def _estimate_settings(self) -> EstimateSettings:
-        shape = self._settings.shape
-        return EstimateSettings(
-            shape=shape, means=self._means(), detector=self._settings.detector, selection=selection_of(shape)
-        )
+        return self._settings.estimates_with(self._means())
 
     def _geometry(self, dataset: Dataset, settings: EstimateSettings, *, step: str = "geometry") -> pd.DataFrame:
         """Estimates of the recordings that were filmed; the run of that name in the store is resumed."""

@@ -157,7 +157,7 @@ def _heights(
     if height_range.reference == "centroid":
         low_m, high_m = low_m + centroid_m[2], high_m + centroid_m[2]
     elif height_range.reference == "masks":
-        extent = _axis_extent(cameras, masks, centroid_m, parameters.pixel_rule)
+        extent = _axis_extent(cameras, masks, centroid_m)
         if extent is None:
             return None
         low_m, high_m = low_m + extent[0], high_m + extent[1]
@@ -166,15 +166,13 @@ def _heights(
     return np.linspace(low_m, high_m, parameters.circumferences)
 
 
-def _axis_extent(
-    cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: Floats, pixel_rule: PixelRule
-) -> tuple[float, float] | None:
+def _axis_extent(cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: Floats) -> tuple[float, float] | None:
     """Lowest and highest world z (m) at which the vertical through the centroid projects into any mask."""
     heights = centroid_m[2] + np.arange(-AXIS_REACH_M, AXIS_REACH_M + AXIS_STEP_M, AXIS_STEP_M)
     axis = np.column_stack([np.tile(centroid_m[:2], (len(heights), 1)), heights])
     inside = np.zeros(len(heights), dtype=bool)
     for camera, mask in zip(cameras, masks, strict=True):
-        inside |= on_mask(mask, camera.project(axis), pixel_rule=pixel_rule)
+        inside |= on_mask(mask, camera.project(axis))
     hits = heights[inside]
     return (float(hits[0]), float(hits[-1])) if len(hits) else None
 

@@ -82,6 +82,11 @@ def detections_origin(recording: Recording, *, store: Store) -> str:
     return digest("origin of detections", *origins)
 
 
+def has_detections(view: View, *, store: Store) -> bool:
+    """Whether a view has a file of detections or some in the store; whether they can be read is for reading to say."""
+    return view.detections_path is not None or _latest(view, store) is not None
+
+
 def needs_detection(recording: Recording, detector_digest: str, *, store: Store) -> bool:
     """Whether a view without a detections file has no detections, or those of one detector, maybe not all of them."""
     views = [recording.views[name] for name in METHOD_VIEWS if name in recording.views]

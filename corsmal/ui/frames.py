@@ -128,9 +128,10 @@ def detections_tables(opened: OpenedRecording, best: BestFrame, frame: int) -> N
 
 
 def detections_table(
-    detections: Detections, *, centre_rule: CentreRule, parameters: SelectionParameters
+    detections: Detections, *, centre_rule: CentreRule, parameters: SelectionParameters | None = None
 ) -> pd.DataFrame:
-    """The detections of one frame of one view: what each is, and why it was dropped."""
+    """The detections of one frame of one view: what each is, and why it was dropped; default: by the paper's rules."""
+    parameters = parameters or SelectionParameters()
     filtered = filter_detections(detections, centre_rule=centre_rule, parameters=parameters)
     verdicts = [
         reason or ("the container" if index == filtered.container else "kept")

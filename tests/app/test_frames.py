@@ -1,6 +1,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import streamlit as st
 
@@ -73,7 +74,7 @@ def test_report_that_no_browser_sends_is_one_sentence(visitor: Visitor) -> None:
 
 def test_every_detection_is_listed_with_what_became_of_it(visitor: Visitor) -> None:
     visitor.go_to(3)
-    tables = [element.value for element in visitor.test.dataframe]
+    tables = [element.value for element in visitor.test.dataframe if "class" in element.value]
     assert len(tables) == 3
     for table in tables:
         assert list(table["class"]) == ["cup", "bottle", "book"]
@@ -85,6 +86,40 @@ def test_other_pair_is_chosen_for_the_page_and_the_address(visitor: Visitor) -> 
     assert visitor.address["pair"] == "view3-view2"
     assert "Best frame of view3 + view2" in visitor.metrics
     assert "N, view2" in {trace["name"] for trace in visitor.plots["scores"]["figure"]["data"]}
+
+
+def test_any_two_views_are_a_pair(visitor: Visitor) -> None:
+    visitor.choose("pair_control", ("view1", "view2"))
+    assert visitor.address["pair"] == "view1-view2"
+    assert "Best frame of view1 + view2" in visitor.metrics
+
+
+def rules_of(visitor: Visitor) -> pd.DataFrame:
+    return next(element.value for element in visitor.test.dataframe if "rule" in element.value)
+
+
+def test_each_rule_of_the_paper_says_what_it_makes_of_the_frame(visitor: Visitor) -> None:
+    table = rules_of(visitor).set_index("rule")
+    assert table.loc["container (centre rule: both thirds)", "verdict"] == "✓ passed"
+    assert table.loc["score of the pair", "frame"].endswith("the best frame")
+    visitor.go_to(visitor.frame + 1)
+    assert "less than frame" in rules_of(visitor).set_index("rule").loc["score of the pair", "frame"]
+
+
+def test_rules_of_the_released_program_are_chosen_and_explained(visitor: Visitor) -> None:
+    visitor.choose("selection_control", "released")
+    assert visitor.address["selection"] == "released"
+    assert visitor.metrics["Centre rule"] == "middle half"
+    assert "Best frame of view1 + view2" in visitor.metrics
+    table = rules_of(visitor).set_index("rule")
+    assert table.loc["one frame per 1 s, and the last", "verdict"] == "✓ passed"
+    assert "by its place" in table.loc["container (centre rule: middle half)", "view1"]
+    best = visitor.frame
+    visitor.go_to(1 if best != 1 else 2)
+    assert "does not count" in rules_of(visitor).set_index("rule").loc["one frame per 1 s, and the last", "frame"]
+    assert visitor.crashes == visitor.errors == []
+    visitor.choose("selection_control", "paper")
+    assert "selection" not in visitor.address
 
 
 def test_relaxed_centre_rule_is_said(tiny_dataset_root: Path) -> None:

@@ -167,6 +167,27 @@ def test_pair_frame_and_best_button_choose_what_is_fitted(visitor: Visitor, soun
     assert "frame" not in visitor.address
 
 
+def test_released_preset_fits_its_own_way_and_its_pairs_are_changed(visitor: Visitor, sound_root: Path) -> None:
+    released = ShapeParameters.released()
+    visitor.choose("preset_control", "released")
+    assert_shows(visitor, hull_by_hand(sound_root, released), released)
+    assert visitor.address["preset"] == "released"
+    visitor.choose("shape_pairs", [("view2", "view3")])
+    assert visitor.address["pairs"] == "view2-view3"
+    visitor.choose("shape_height_rule", "ends")
+    assert visitor.address["height"] == "ends"
+    assert visitor.crashes == visitor.errors == []
+    visitor.choose("shape_pairs", [])
+    assert "Not possible: pairs must hold at least one pair" in visitor.test.toast[0].value
+
+
+def test_released_estimate_uses_the_selection_of_its_name(visitor: Visitor) -> None:
+    visitor.choose("estimate_control", "released")
+    assert visitor.address["estimate"] == "released"
+    assert visitor.widget("pair_control").value == ("view1", "view2")
+    assert visitor.crashes == visitor.errors == []
+
+
 def test_other_parameters_refit(visitor: Visitor, sound_root: Path) -> None:
     visitor.choose("shape_points", 40)
     visitor.choose("shape_radius_max_mm", 60.0)

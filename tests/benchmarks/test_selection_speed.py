@@ -11,7 +11,7 @@ import pytest
 from corsmal.detection import Detections, ViewDetections, read_coco_results, write_coco_results
 from corsmal.detection.parquet import read_parquet, write_parquet
 from corsmal.digests import digest
-from corsmal.parameters import PAIRS
+from corsmal.parameters import PAIRS, SelectionParameters
 from corsmal.selection import score_frames, select_best_frame
 from corsmal.stages.detections import load_detections
 
@@ -112,3 +112,10 @@ def test_bare_areas_of_the_masks_by_pycocotools(benchmark, opened):
     frames = [frame for view in PAIR for frame in opened.found.views[view].values()]
     rles = [[{"size": list(frame.size), "counts": counts} for counts in frame.counts] for frame in frames]
     assert benchmark(lambda: [coco_mask.area(part) for part in rles])
+
+
+@scoring
+def test_select_the_best_frame_by_the_released_program(benchmark, opened):
+    """Of all frames: it counts one per second only."""
+    released = SelectionParameters.released()
+    assert benchmark(select_best_frame, opened.found.views, pair=PAIR, parameters=released).ok

@@ -23,7 +23,7 @@ measuring = pytest.mark.benchmark(group="measure", max_time=0.3)
 
 
 @fitting
-@pytest.mark.parametrize("preset", ["paper", "lode", "tuned"])
+@pytest.mark.parametrize("preset", ["paper", "released", "lode", "tuned"])
 def test_fit_two_masks_of_1280x720(benchmark, views, preset):
     parameters = getattr(ShapeParameters, preset)()
     assert benchmark(fit_hull, *views, parameters).converged.any()

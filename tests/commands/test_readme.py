@@ -259,6 +259,15 @@ def _(place: Place, arguments: list[str]) -> None:
     assert r"\end{tabular}" in (place.folder / "table.tex").read_text(encoding="utf-8")
 
 
+@check("evaluate compare")
+def _(place: Place, arguments: list[str]) -> None:
+    out = place.folder / "compared.csv"
+    output = run([*arguments, "000000", "--out", str(out), "--workers", "1"])
+    assert "The paper with one rule of the program" in output
+    assert "The published error of the height is 30.8 %" in output
+    assert {"published", "paper", "released", "lode", "tuned"} <= set(pd.read_csv(out)["condition"])
+
+
 @check("submit")
 def _(place: Place, arguments: list[str]) -> None:
     assert place.estimates.is_file()

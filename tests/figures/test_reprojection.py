@@ -9,7 +9,8 @@ from corsmal.parameters import ShapeParameters
 from corsmal.shape import Hull, fit_hull
 from tests.tiny import silhouette, tiny_cameras
 
-POINTS = 19
+PARAMETERS = ShapeParameters(circumferences=25)
+POINTS = PARAMETERS.points
 BASE_M = (0.01, -0.02, 0.03)
 CUP = (np.array([0.0, 119.0]), np.array([30.5, 49.0]))
 
@@ -19,7 +20,7 @@ def fitted():
     """The camera, the mask and a grey picture of view1, and the hull of views 3 and 1."""
     cameras = [tiny_cameras()[view] for view in ("view3", "view1")]
     masks = [silhouette(camera, CUP, BASE_M) for camera in cameras]
-    hull = fit_hull(cameras, masks, ShapeParameters(circumferences=25, points=POINTS))
+    hull = fit_hull(cameras, masks, PARAMETERS)
     return cameras[1], masks[1], np.full((*masks[1].shape, 3), 128, dtype=np.uint8), hull
 
 
@@ -40,7 +41,7 @@ def slow_points(camera, mask, hull):
 
 def test_points_on_and_off_the_mask_are_those_of_a_slow_loop(fitted):
     camera, mask, image, hull = fitted
-    on_it, off_it = reprojection_figure(image, mask, camera, hull, points=POINTS).data
+    on_it, off_it = reprojection_figure(image, mask, camera, hull, parameters=PARAMETERS).data
     expected = slow_points(camera, mask, hull)
     assert len(expected[True]) > 0
     assert len(expected[False]) > 0
@@ -54,7 +55,7 @@ def test_points_on_and_off_the_mask_are_those_of_a_slow_loop(fitted):
 
 def test_the_picture_is_the_crop_around_the_mask_at_its_place(fitted):
     camera, mask, image, hull = fitted
-    layout = reprojection_figure(image, mask, camera, hull, points=POINTS).layout
+    layout = reprojection_figure(image, mask, camera, hull, parameters=PARAMETERS).layout
     [picture] = layout.images
     left, top = picture.x + 0.5, picture.y + 0.5
     rows, columns = np.nonzero(mask)
@@ -76,7 +77,7 @@ def test_the_picture_is_the_crop_around_the_mask_at_its_place(fitted):
 
 def test_the_picture_that_was_given_is_not_painted_on(fitted):
     camera, mask, image, hull = fitted
-    reprojection_figure(image, mask, camera, hull, points=POINTS)
+    reprojection_figure(image, mask, camera, hull, parameters=PARAMETERS)
     assert (image == 128).all()
 
 
@@ -84,26 +85,26 @@ def test_a_mask_at_the_border_is_cropped_to_the_image(fitted):
     camera, _, image, hull = fitted
     mask = np.zeros(image.shape[:2], dtype=bool)
     mask[-5:, :7] = True
-    [picture] = reprojection_figure(image, mask, camera, hull, points=POINTS).layout.images
+    [picture] = reprojection_figure(image, mask, camera, hull, parameters=PARAMETERS).layout.images
     assert (picture.x, picture.y + picture.sizey) == (-0.5, image.shape[0] - 0.5)
 
 
 def test_an_empty_mask_shows_the_whole_picture_and_no_point_inside(fitted):
     camera, mask, image, hull = fitted
-    figure = reprojection_figure(image, np.zeros_like(mask), camera, hull, points=POINTS)
+    figure = reprojection_figure(image, np.zeros_like(mask), camera, hull, parameters=PARAMETERS)
     assert figure.data[0].name == "on the mask: 0"
     assert (figure.layout.images[0].sizex, figure.layout.images[0].sizey) == (640, 360)
 
 
 def test_a_failed_hull_has_no_points(fitted):
     camera, mask, image, _ = fitted
-    figure = reprojection_figure(image, mask, camera, Hull.failed("no"), points=POINTS)
+    figure = reprojection_figure(image, mask, camera, Hull.failed("no"), parameters=PARAMETERS)
     assert [len(trace.x) for trace in figure.data] == [0, 0]
 
 
 def test_points_behind_the_camera_are_off_the_mask(fitted):
     camera, mask, image, _ = fitted
     behind = Hull(np.array([camera.centre_m[2] * 1000]), np.array([2.5]), np.array([True]), 2 * camera.centre_m)
-    on_it, off_it = reprojection_figure(image, mask, camera, behind, points=POINTS).data
+    on_it, off_it = reprojection_figure(image, mask, camera, behind, parameters=PARAMETERS).data
     assert (len(on_it.x), len(off_it.x)) == (0, POINTS)
     assert np.isnan(off_it.x).all()

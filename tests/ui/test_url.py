@@ -15,6 +15,8 @@ CHOICES = [
         "1", None, None, replace(ShapeParameters.lode(), points=31, height_range=HeightRange("centroid", -150, 150))
     ),
     Choice("000618", None, 3, ShapeParameters.tuned()),
+    Choice("000618", ("view1", "view2"), 3, ShapeParameters.released(), selection="paper"),
+    Choice("1", shape=replace(ShapeParameters.released(), pairs=(("view2", "view3"),), height_rule="ends")),
     Choice("1", shape=replace(ShapeParameters.tuned(), tilt_deg=0.0, wall_mm=1.5, boxes=False, all_views=False)),
     Choice("000618", None, 7, crop_s=(1.2, 7.45), channel=0),
     Choice("000618", crop_s=(0.0, 0.25), channel=7),
@@ -54,6 +56,11 @@ def test_defaults_stay_out_of_the_address():
     assert to_params(Choice("000618")) == {"recording": "000618"}
     assert to_params(Choice("1", shape=ShapeParameters.lode())) == {"recording": "1", "preset": "lode"}
     assert to_params(Choice("1", shape=ShapeParameters.tuned())) == {"recording": "1", "preset": "tuned"}
+    assert to_params(Choice("1", shape=ShapeParameters.released())) == {"recording": "1", "preset": "released"}
+    assert to_params(Choice("1", shape=ShapeParameters(pairs=(("view1", "view2"), ("view3", "view2"))))) == {
+        "recording": "1",
+        "pairs": "view1-view2~view3-view2",
+    }
     assert to_params(Choice("1", crop_s=(1.2, 7.45), channel=2)) == {"recording": "1", "crop": "1.20-7.45", "ch": "3"}
     assert to_params(Choice("1", shape=ShapeParameters(circumferences=146))) == {"recording": "1", "L": "146"}
 
@@ -65,9 +72,14 @@ def test_defaults_stay_out_of_the_address():
         ({"frame": "1e3x"}, "frame"),
         ({"frame": "nan"}, "frame"),
         ({"frame": "2.5"}, "whole"),
-        ({"pair": "view1-view2"}, "view3-view1"),
-        ({"preset": "best"}, "paper, lode"),
-        ({"estimate": "best"}, "paper, lode"),
+        ({"pair": "view1-view4"}, "view1, view2, view3"),
+        ({"pair": "view1-view1"}, "view1, view2, view3"),
+        ({"pairs": "view1-view2~view2-view1"}, "differ"),
+        ({"pairs": ""}, "view1, view2, view3"),
+        ({"selection": "best"}, "paper, released"),
+        ({"pixels": "cut"}, "rounded, truncated"),
+        ({"preset": "best"}, "paper, released, lode"),
+        ({"estimate": "best"}, "paper, released, lode"),
         ({"L": "1000000000"}, "10–500"),
         ({"L": "12.5"}, "whole"),
         ({"dmax": "inf"}, "finite"),
@@ -97,7 +109,7 @@ def test_defaults_stay_out_of_the_address():
         ({"dataset": "train"}, "fingerprint"),
         ({"dataset": "../../etc/passwd"}, "fingerprint"),
         ({"dataset": "a\nb-0a1b2c3d"}, "fingerprint"),
-        ({"compare": "best"}, "paper, lode"),
+        ({"compare": "best"}, "paper, released, lode"),
         ({"scope": "room"}, "container, cameras"),
         ({"errors": "1"}, "True or False"),
         ({"camera": "1_2_3"}, "six numbers"),
