@@ -67,7 +67,9 @@ class ReproductionSettings:
 
     def estimates_with(self, means: TrainingMeans | None) -> EstimateSettings:
         """What recordings are estimated with, but for the networks."""
-        return EstimateSettings(self.shape, means, detector=self.detector, selection=selection_of(self.shape))
+        return EstimateSettings(
+            self.shape, means, detector=self.detector, matching=self.matching, selection=selection_of(self.shape)
+        )
 
     @property
     def filling(self) -> "FillingTraining":
