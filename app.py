@@ -35,4 +35,6 @@ def main() -> None:
 if __name__ == "__main__":
     main()
 else:
-    app = st.App(__file__, routes=server.start())  # Streamlit looks for this very assignment in the text of the file
+    app = st.App(
+        __file__, routes=server.start(), lifespan=server.lifespan
+    )  # Streamlit looks for this very assignment in the text of the file

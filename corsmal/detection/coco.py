@@ -21,8 +21,9 @@ from corsmal.notes import Note
 from corsmal.parameters import CONTAINER_CLASSES
 
 BYTES_MAX = 200_000_000
-OBJECTS_MAX = 1_000_000
-"""JSON objects in a file; a detection has one or two."""
+SIGNS_MAX = {b"{": 1_000_000, b"[": 5_000_000, b",": 20_000_000}
+"""How many JSON objects, lists and values a file may have: reading them takes the memory. A detection has one or two
+objects and a list for its box and each polygon."""
 
 FRAME_ENTRIES_MAX = 1_000
 """Detections in one frame that are read; detectors report a hundred at most."""
@@ -87,8 +88,8 @@ def _read(path: Path, size: Size, frame_count: int | None) -> Results:
             text = file.read(BYTES_MAX + 1)
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from error
-    if len(text) > BYTES_MAX or text.count(b"{") > OBJECTS_MAX:
-        limits = f"{BYTES_MAX // 1_000_000} MB and {OBJECTS_MAX} objects"
+    if len(text) > BYTES_MAX or any(text.count(sign) > most for sign, most in SIGNS_MAX.items()):
+        limits = f"{BYTES_MAX // 10**6} MB, {SIGNS_MAX[b'{']} objects and {SIGNS_MAX[b',']} values"
         raise FileError(path, f"is larger than {limits}, too large for the detections of one view; it was not read")
     try:
         return as_results(json.loads(text), size=size, frame_count=frame_count)

@@ -17,8 +17,8 @@ LOG = logging.getLogger(__name__)
 TURN_S = 0.2
 """A job that waits for its turn looks this often whether it was asked to stop."""
 
-FAREWELL_S = 5.0
-"""How long a server that is stopped waits for its jobs to notice."""
+FAREWELL_S = 4.0
+"""How long a server that is stopped waits for its jobs to notice; it ends within five seconds."""
 
 
 class Viewer:

@@ -1,10 +1,13 @@
-"""What the server does when it starts: little, and then it loads what the first visitors would wait for."""
+"""What the server does when it starts, little, and then it loads what visitors would wait for; and what at its end."""
 
+import asyncio
 import gc
 import importlib
 import logging
+import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
 
 from starlette.routing import Route
 from streamlit.runtime.pages_manager import PagesManager
@@ -49,6 +52,18 @@ def _log_jobs() -> None:
     jobs.setLevel(logging.INFO)
     jobs.handlers = [handler]
     jobs.propagate = False
+
+
+@asynccontextmanager
+async def lifespan(_app: object) -> AsyncIterator[None]:
+    """From the start of the application to its end, at which background jobs keep what they have found and stop.
+
+    A server that is sent SIGTERM ends by that signal, without what Python does at its exit.
+    """
+    yield
+    shared = sys.modules.get("corsmal.ui.shared")
+    if shared is not None:
+        await asyncio.to_thread(shared.jobs().stop)
 
 
 def _load(names: Sequence[str]) -> None:

@@ -1,10 +1,12 @@
+import asyncio
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from streamlit.web.server.app_discovery import discover_asgi_app
 
-from corsmal.ui import server
+from corsmal.ui import server, shared
 
 APP = Path(__file__).resolve().parents[2] / "app.py"
 
@@ -28,3 +30,30 @@ def test_the_start_gives_the_routes_and_writes_nothing(tmp_path):
     paths = [route.path for route in server.start()]
     assert "/thumbnails/{dataset}/{recording}.jpg" in paths
     assert not (tmp_path / "cache").exists()
+
+
+def test_at_the_end_jobs_are_told_to_stop_and_keep_what_they_have(monkeypatch):
+    kept = []
+
+    def work(job):
+        while not job.cancelled():
+            time.sleep(0.01)
+        kept.append(job)
+
+    async def serve():
+        async with server.lifespan(None):
+            await asyncio.sleep(0.1)
+            assert kept == []
+
+    shared.jobs.cache_clear()
+    job = shared.jobs().start("key", "label", work)
+    asyncio.run(serve())
+    assert kept == [job]
+    monkeypatch.delitem(sys.modules, "corsmal.ui.shared")
+    asyncio.run(serve_nothing())
+
+
+async def serve_nothing():
+    async with server.lifespan(None):
+        pass
+    assert "corsmal.ui.shared" not in sys.modules
