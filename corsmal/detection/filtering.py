@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.detection.record import Detections
-from corsmal.detection.rle import rightmost_columns
+from corsmal.detection.rle import Size, rightmost_columns
 from corsmal.errors import check_choice
 from corsmal.parameters import CENTRE_RULES, CentreRule, SelectionParameters
 
@@ -58,8 +58,10 @@ def filter_detections(
     reasons = [
         _class_reason(label, parameters)
         or _score_reason(score, parameters)
-        or _centre_reason(box, detections, centre_rule)
-        for label, score, box in zip(detections.labels, detections.scores, detections.boxes, strict=True)
+        or _centre_reason(box, detections.size, centre_rule)
+        for label, score, box in zip(
+            detections.labels.tolist(), detections.scores.tolist(), detections.boxes.tolist(), strict=True
+        )
     ]
     passing = np.array([index for index, reason in enumerate(reasons) if reason is None], dtype=np.int64)
     ranked = passing[np.argsort(-detections.scores[passing], kind="stable")]
@@ -97,8 +99,8 @@ def _score_reason(score: float, parameters: SelectionParameters) -> str | None:
     return f"score {score:.{decimals}f} is below {parameters.score_min:.{decimals}f}"
 
 
-def _centre_reason(box: NDArray[np.float64], detections: Detections, rule: CentreRule) -> str | None:
-    height, width = detections.size
+def _centre_reason(box: list[float], size: Size, rule: CentreRule) -> str | None:
+    height, width = size
     axes = [] if rule == "none" else [("width", box[0] + box[2], width)]
     if rule == "both thirds":
         axes.append(("height", box[1] + box[3], height))

@@ -120,9 +120,10 @@ class Detections:
             chosen = np.arange(len(self))[index]
         except IndexError as error:
             raise ArgumentError(f"index does not fit {len(self)} detections: {error}") from error
-        counts = [self.counts[i] for i in chosen]
-        columns = self.boxes[chosen], self.scores[chosen], self.labels[chosen]
-        return self.from_counts(*columns, counts, size=self.size)
+        part = Detections.__new__(Detections)  # of a record that was checked when it was made
+        columns = {"boxes": self.boxes[chosen], "scores": self.scores[chosen], "labels": self.labels[chosen]}
+        part._keep(columns, tuple(self.counts[i] for i in chosen.tolist()), self.size)
+        return part
 
     def __repr__(self) -> str:
         return f"Detections(n={len(self)}, size={self.size})"
@@ -131,12 +132,15 @@ class Detections:
         self, boxes: ArrayLike, scores: ArrayLike, labels: ArrayLike, counts: tuple[bytes, ...], size: Size
     ) -> None:
         n = len(counts)
-        values = {
+        columns = {
             "boxes": _checked_boxes(boxes, n),
             "scores": _checked_scores(scores, n),
             "labels": _checked_labels(labels, n),
         }
-        for name, array in values.items():
+        self._keep(columns, counts, size)
+
+    def _keep(self, columns: Mapping[str, NDArray[Any]], counts: tuple[bytes, ...], size: Size) -> None:
+        for name, array in columns.items():
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         object.__setattr__(self, "counts", counts)
