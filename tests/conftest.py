@@ -4,12 +4,18 @@ import os
 import tempfile
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 from corsmal.store import Store
 from tests.tiny import write_tiny_dataset
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
+
+hypothesis.settings.register_profile(
+    "corsmal", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)  # however slow the machine is
+hypothesis.settings.load_profile("corsmal")
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -21,9 +21,7 @@ from corsmal.ui.choice import Choice
 from corsmal.ui.url import from_params, to_params
 from tests.tiny import CALIBRATED_SIZE, tiny_cameras, write_audio, write_calibration, write_tiny_dataset
 
-QUICK = settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-)
+QUICK = settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 SIZE = (12, 16)
 
 NUMBERS = st.one_of(

@@ -217,7 +217,7 @@ ENDINGS = [".mp4", ".MOV", ".wav", ".flac", ".pickle", ".json", ".zip", ".part",
 NAMES = st.builds("{}/{}{}".format, st.sampled_from(FOLDERS), STEMS, st.sampled_from(ENDINGS))
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 @given(names=st.sets(NAMES, min_size=1, max_size=8))
 def test_every_file_of_a_part_is_used_or_named(tmp_path_factory: pytest.TempPathFactory, names: set[str]) -> None:
     root = touch(tmp_path_factory.mktemp("any"), "audio/000099.wav", *(name.lstrip("/") for name in names))

@@ -199,7 +199,7 @@ def test_cells_that_are_no_numbers_say_nothing_about_the_sign() -> None:
 TEXT = st.text(st.one_of(st.sampled_from('id,;\t|\n\r"0123.-=()\0\u2212é'), st.characters()), max_size=80)
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=150, derandomize=True)
 @given(
     head=st.sampled_from(["id,height,filling type\n", "sep=;\nID;Height\n", "", "id\theight\n", ",height\n"]),
     text=TEXT,

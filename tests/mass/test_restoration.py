@@ -38,7 +38,7 @@ def test_restored_mask_is_the_slow_mirror_union(axis, tilt_deg):
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["base", "whole"]))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_nothing_is_taken_away_or_added_outside_the_box_and_a_restored_mask_is_symmetric(seed, axis):
     rng = np.random.default_rng(seed)
     mask = np.zeros((60, 80), bool)
