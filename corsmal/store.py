@@ -30,11 +30,11 @@ from numpy.typing import ArrayLike, NDArray
 from corsmal.digests import digest, file_fingerprint
 from corsmal.errors import ArgumentError, CorsmalError, FileError
 from corsmal.files import check_plain_file, writing
+from corsmal.installation import default_cache
 from corsmal.notes import repeat
 
 Result = TypeVar("Result")
 
-REPOSITORY = Path(__file__).resolve().parents[1]
 PROBLEMS_MAX = 20
 KEY = r"[0-9a-f]{32}"
 CHECKSUM_BYTES = 32
@@ -52,7 +52,7 @@ class Store:
 
     Args:
         root: the folder, made when something is first written. Default: what ``CORSMAL_CACHE`` names, else ``cache``
-            beside the library.
+            of the checkout, else ``corsmal`` in the user's cache folder.
 
     Example:
         >>> store = Store()
@@ -65,7 +65,7 @@ class Store:
     file_fingerprint = staticmethod(file_fingerprint)
 
     def __init__(self, root: Path | None = None) -> None:
-        self.root = Path(root or os.environ.get("CORSMAL_CACHE") or REPOSITORY / "cache")
+        self.root = Path(root or os.environ.get("CORSMAL_CACHE") or default_cache())
         self._problems: dict[str, None] = {}
         self._lock = threading.Lock()
 

@@ -16,7 +16,7 @@ from tests.test_architecture import FLOOR_OF, FLOORS
 ROOT = Path(__file__).resolve().parents[1]
 ARCHITECTURE = "docs/architecture.md"
 DOCUMENTS = [ARCHITECTURE, "CONTRIBUTING.md"]
-PATH = re.compile(r"[\w.-]*/[\w./-]*|[\w-]+\.(?:py|pyi|md|toml|txt|js|css|csv)")
+PATH = re.compile(r"[\w.-]*/[\w./-]*|[\w-]+\.(?:py|pyi|md|toml|txt|lock|yml|js|css|csv)")
 NAME = re.compile(r"[a-z_]\w*(?:\.\w+)+")
 
 

@@ -62,10 +62,11 @@ RunFolder = Annotated[
 
 
 DetectFirst = Annotated[
-    Literal["coco", "demo"] | None,
+    str | None,
     typer.Option(
         "--detector",
-        help="Detect first in recordings without detections: coco is Mask R-CNN, demo the demo's small network.",
+        help="Detect first in recordings without detections: coco is Mask R-CNN, demo the demo's small network; other "
+        "packages' detectors have names of their own.",
     ),
 ]
 MatchViews = Annotated[

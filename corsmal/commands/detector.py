@@ -31,6 +31,10 @@ def detect(
     demo_weights: Annotated[
         bool, typer.Option("--demo-weights", help="Use the demo's small network instead of Mask R-CNN.")
     ] = False,
+    method: Annotated[
+        str,
+        typer.Option("--detector", help="coco: Mask R-CNN; demo: as --demo-weights; or a name of another package's."),
+    ] = "coco",
     every: Annotated[
         int, typer.Option(help="Inspect every N-th frame, then those close to the best one; 1: all frames.", min=1)
     ] = 1,
@@ -54,7 +58,7 @@ def detect(
     chosen_engine = choose_engine(
         engine, workers=workers, scheduler=scheduler, recordings=len(recordings), detects=True
     )
-    detector = find_detector("demo" if demo_weights else "coco", weights=weights, every=every)
+    detector = find_detector("demo" if demo_weights else method, weights=weights, every=every)
     # opened before the work begins: weights that cannot be used are one sentence, not one for every recording
     task = DetectTask(store.root.resolve(), detector, detector.open(device="cpu").digest)
     failed = [row for row in run(task, recordings, chosen_engine) if row["status"] == "failed"]

@@ -70,6 +70,23 @@ class Annotation:
         """Name of the filling level."""
         return None if self.filling_level is None else LEVELS[self.filling_level]
 
+    def facts(self) -> dict[str, str]:
+        """What is known, for people, with units; what is not known is empty."""
+        sizes = {
+            "capacity": (self.capacity_ml, "mL"),
+            "top width": (self.width_top_mm, "mm"),
+            "bottom width": (self.width_bottom_mm, "mm"),
+            "height": (self.height_mm, "mm"),
+            "depth": (self.depth_mm, "mm"),
+            "container mass": (self.container_mass_g, "g"),
+            "filling mass": (self.filling_mass_g, "g"),
+        }
+        return {
+            "container": self.container or "",
+            "filling": ", ".join(text for text in (self.filling, self.level) if text),
+            **{name: "" if value is None else f"{value:g} {unit}" for name, (value, unit) in sizes.items()},
+        }
+
 
 FIELDS = tuple(entry.name for entry in fields(Annotation))
 """The annotation's fields, in order."""

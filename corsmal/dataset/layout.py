@@ -12,6 +12,7 @@ from corsmal.dataset.clock import FrameClock, Matching, recording_clock
 from corsmal.digests import file_fingerprint
 from corsmal.errors import FileError, NotFoundError
 from corsmal.geometry import Camera
+from corsmal.notebook import record_html
 
 if TYPE_CHECKING:
     from corsmal.dataset.video import Video
@@ -113,6 +114,20 @@ class Recording:
     def is_synthetic(self) -> bool:
         """Whether the recording was rendered: its truth is there, or the annotation says so."""
         return self.truth_path is not None or self.is_annotated_synthetic
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what there is of it, and what is known about it."""
+        facts = {
+            "views": ", ".join(self.views) or "none",
+            "detections beside the videos": ", ".join(
+                name for name, view in self.views.items() if view.detections_path is not None
+            ),
+            "sound": "" if self.audio_path is None else self.audio_path.name,
+            "missing": ", ".join(self.missing),
+            "rendered": "yes" if self.is_synthetic else "",
+            **({} if self.annotation is None else self.annotation.facts()),
+        }
+        return record_html(f"Recording {self.id}", facts)
 
     def clock(self) -> FrameClock:
         """When its frames are shown, and which frame of each view belongs to which of the recording's."""

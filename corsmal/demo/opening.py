@@ -58,8 +58,11 @@ def is_open(store: Store) -> bool:
         return False
 
 
-def open_demo(*, store: Store) -> Path:
+def open_demo(*, store: Store | None = None) -> Path:
     """Copy the demo into the store, unless it is there; that of another version is replaced.
+
+    Args:
+        store: default: the one that everything else uses.
 
     Returns:
         The dataset's folder.
@@ -67,6 +70,7 @@ def open_demo(*, store: Store) -> Path:
     Raises:
         FileError: the pack cannot be read, or the store cannot be written.
     """
+    store = store or Store()
     folder = demo_folder(store)
     if is_open(store):
         return folder

@@ -1,5 +1,7 @@
 from .coco import read_coco_results as read_coco_results
 from .coco import write_coco_results as write_coco_results
+from .entry_points import open_own_detector as open_own_detector
+from .entry_points import own_detectors as own_detectors
 from .filtering import Filtered as Filtered
 from .filtering import filter_detections as filter_detections
 from .job import Detector as Detector

@@ -12,8 +12,9 @@ from corsmal.estimation.fit import FitSource, MaskSource, RecordingMasks, fit_fr
 from corsmal.estimation.plausibility import calibration_notes, implausible
 from corsmal.estimation.records import FITTED, Estimate
 from corsmal.estimation.several import Combined, choose_frames, combine_fits
-from corsmal.filling.records import FillingPrediction
+from corsmal.filling.records import FillingPrediction, PredictsFilling
 from corsmal.mass.physics import mm_per_pixel
+from corsmal.mass.records import PredictsMass
 from corsmal.notes import Note, prefixed
 from corsmal.parameters import FRONTAL_VIEW, SelectionParameters, ShapeParameters
 from corsmal.quantities import BY_NAME, DIMENSIONS, MEASURED
@@ -21,8 +22,6 @@ from corsmal.selection import FrameDetections, best_frame_of_view
 
 if TYPE_CHECKING:
     from corsmal.filling.features import Features
-    from corsmal.filling.prediction import FillingPredictor
-    from corsmal.mass.prediction import MassPredictor
 
 
 def estimate(
@@ -32,8 +31,8 @@ def estimate(
     shape: ShapeParameters | None = None,
     selection: SelectionParameters | None = None,
     means: Mapping[str, float] | None = None,
-    filling: "FillingPredictor | None" = None,
-    mass: "MassPredictor | None" = None,
+    filling: PredictsFilling | None = None,
+    mass: PredictsMass | None = None,
     features: "Callable[[Recording], Features] | None" = None,
     fits: FitSource | None = None,
 ) -> Estimate:
@@ -51,8 +50,8 @@ def estimate(
         selection: how detections are filtered and frames scored; default: the paper's.
         means: what stands in where nothing can be fitted, see ``TrainingMeans``; without them a failure holds no
             numbers.
-        filling: tells type and level; default: they are left out.
-        mass: tells the container's mass; default: it is left out.
+        filling: tells type and level, such as ``FillingPredictor``; default: they are left out.
+        mass: tells the container's mass, such as ``MassPredictor``; default: it is left out.
         features: gives what ``filling`` listens to; default: log-mel of the sound.
         fits: gives the fits of single frames, with the same parameters; default: they are made anew.
 
@@ -173,7 +172,7 @@ def mass_inputs(found: Estimate, masks: MaskSource) -> dict[str, Any] | None:
     }
 
 
-def _with_mass(found: Estimate, masks: MaskSource, predictor: "MassPredictor", means: Mapping[str, float]) -> Estimate:
+def _with_mass(found: Estimate, masks: MaskSource, predictor: PredictsMass, means: Mapping[str, float]) -> Estimate:
     """The estimate with the container's mass; where nothing was fitted, the mean that it may hold stays."""
     try:
         inputs = mass_inputs(found, masks)
@@ -191,7 +190,7 @@ def _with_mass(found: Estimate, masks: MaskSource, predictor: "MassPredictor", m
 def _with_filling(
     found: Estimate,
     recording: Recording,
-    predictor: "FillingPredictor",
+    predictor: PredictsFilling,
     features: "Callable[[Recording], Features] | None",
 ) -> Estimate:
     from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch

@@ -6,12 +6,13 @@ from typing import Any, Literal
 
 from corsmal.estimation.fit import Fit
 from corsmal.estimation.several import Interval
-from corsmal.filling.records import FillingPrediction
+from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
 from corsmal.mass.physics import filling_mass_g
 from corsmal.mass.records import MassPrediction
+from corsmal.notebook import record_html
 from corsmal.notes import SEPARATOR, flags_of
 from corsmal.parameters import CentreRule
-from corsmal.quantities import MEASURED
+from corsmal.quantities import BY_NAME, MEASURED
 from corsmal.selection import BestFrame
 
 Status = Literal["fitted", "fitted, second pair", "fitted, third pair", "fallback: training mean", "failed"]
@@ -76,6 +77,23 @@ class Estimate:
         if self.container_mass_g is None or self.filling_mass_g is None:
             return None
         return self.container_mass_g + self.filling_mass_g
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the numbers with their units and intervals, and all notes."""
+        facts: dict[str, str] = {"status": self.status}
+        for name in MEASURED:
+            quantity, ends = BY_NAME[name], self.intervals.get(name)
+            between = "" if ends is None else f" (90 %: {ends[0]:.{quantity.digits}f} to {ends[1]:.{quantity.digits}f})"
+            facts[quantity.words] = quantity.text(getattr(self, name)) + between
+        if self.filling is not None and self.filling.pair is not None:
+            filling, level = self.filling.pair
+            facts["filling"] = f"{TYPE_NAMES[filling]}, {LEVEL_NAMES[level]}"
+        for name, mass_g in (("filling mass", self.filling_mass_g), ("mass with filling", self.object_mass_g)):
+            facts[name] = "" if mass_g is None else f"{mass_g:.0f} g"
+        if self.fit is not None:
+            facts["fitted to"] = f"{' + '.join(self.fit.pair)}, frame {self.fit.frame}"
+        facts["flags"] = SEPARATOR.join(self.flags)
+        return record_html(f"Estimate of recording {self.recording_id}", facts, notes=self.notes)
 
     def row(self) -> dict[str, Any]:
         """The estimate as a row of an estimates table; what is not known is None."""

@@ -1,7 +1,7 @@
 """What the network says about one recording. A prediction that failed is a record with a reason, never NaN."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,6 +131,18 @@ class FillingPrediction:
     def failed(cls, reason: str) -> "FillingPrediction":
         """No prediction, with the reason."""
         return cls(None, None, reason=reason)
+
+
+class PredictsFilling(Protocol):
+    """What tells a recording's filling from features of its sound, such as ``FillingPredictor``."""
+
+    def predict(self, features: NDArray[np.floating], *, steps_s: float | None = None) -> FillingPrediction:
+        """What one recording holds.
+
+        Args:
+            features: (C, T, columns), log-mel of the sound unless ``estimate`` was given other features.
+            steps_s: seconds from one row to the next.
+        """
 
 
 def decode(

@@ -1,6 +1,7 @@
 """What restoring, training and predicting pass on."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +77,29 @@ class MassPrediction:
     def ok(self) -> bool:
         """Whether there is a mass."""
         return not self.reason
+
+
+class PredictsMass(Protocol):
+    """What tells a container's mass from its mask and dimensions, such as ``MassPredictor``."""
+
+    def predict(
+        self,
+        mask: Mask,
+        *,
+        width_top_mm: float | None,
+        width_bottom_mm: float | None,
+        height_mm: float | None,
+        mm_per_px: float | None = None,
+    ) -> MassPrediction:
+        """The mass of the container that a mask shows.
+
+        Args:
+            mask: (H, W) bool, its visible pixels in the robot's view.
+            width_top_mm: mm, None where it is not known; likewise the others.
+            width_bottom_mm: mm.
+            height_mm: mm.
+            mm_per_px: mm that a pixel of the mask spans at the container.
+        """
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,8 +38,12 @@ def restore_mask(mask: Mask, *, padding_px: int = PADDING_PX, axis: AxisRule = "
         ArgumentError: the mask is not a bool image, the padding is negative, or there is no such rule.
 
     Example:
-        >>> restored = restore_mask(mask)  # doctest: +SKIP
-        >>> restored.mask.sum(), restored.added.sum(), restored.axis.tilt_deg
+        >>> mask = np.zeros((60, 80), dtype=bool)
+        >>> mask[20:50, 30:50] = True  # a straight cup
+        >>> mask[30:36, 44:50] = False  # of which a hand hides a part
+        >>> restored = restore_mask(mask)
+        >>> int(restored.added.sum()), abs(round(restored.axis.tilt_deg, 1))
+        (36, 0.0)
     """
     _check(mask, padding_px, axis)
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))

@@ -59,7 +59,8 @@ def _tried(judged: JudgedRun) -> str:
     detector = settings.detector
     found = "existing detections are used"
     if detector is not None:
-        found = f"containers are detected by {DETECTORS[detector.method]} at steps of {detector.every} frames"
+        network = DETECTORS.get(detector.method, detector.method)
+        found = f"containers are detected by {network} at steps of {detector.every} frames"
     return f"Run {run.name}: {'; '.join([*parts, found])}."
 
 

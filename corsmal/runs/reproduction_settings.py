@@ -120,7 +120,7 @@ class PlannedStep:
 
 
 DETECT_S = {"demo": 0.09, "coco": 2.5}
-"""A frame of the small network, and of Mask R-CNN."""
+"""A frame of the small network, and of Mask R-CNN, as which detectors of other packages are counted."""
 
 FRAMES_SEARCHED = 45
 """Frames of a view that a search for the best frame inspects in a recording of ten seconds."""
@@ -224,7 +224,7 @@ def _mel_epoch_s(recording: Recording) -> float:
 
 
 def _geometry_s(recordings: Iterable[Recording], settings: ReproductionSettings) -> float:
-    frame_s = 0.0 if settings.detector is None else DETECT_S[settings.detector.method]
+    frame_s = 0.0 if settings.detector is None else DETECT_S.get(settings.detector.method, DETECT_S["coco"])
     views = [recording.views[name] for recording in recordings for name in METHOD_VIEWS if name in recording.views]
     without = sum(view.detections_path is None for view in views)
     return len(views) / len(METHOD_VIEWS) * FIT_S[settings.shape.method] + without * FRAMES_SEARCHED * frame_s

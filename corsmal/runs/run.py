@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from corsmal.errors import ArgumentError, CorsmalError, FileError
+from corsmal.notebook import record_html
 from corsmal.parameters import SELECTION_PRESETS, SHAPE_PRESETS, SelectionParameters
 from corsmal.runs.names import NAME_MAX
 from corsmal.runs.records import record_json, record_of
@@ -145,6 +146,12 @@ class Run:
             "created": f"{self.created.replace('T', ' ')[:16]} UTC",
             "engine": self.engine,
         }
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what it was made with, and how many recordings have which status."""
+        statuses = [str(row["status"]) for row in self.rows]
+        counts = ", ".join(f"{statuses.count(status)} {status}" for status in dict.fromkeys(statuses))
+        return record_html(f"Run {self.name}", {"note": self.note, **self.facts(), "status": counts})
 
 
 def _short(name: str | None) -> str:

@@ -45,7 +45,7 @@ def fit_hull(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: Shape
 
     Example:
         >>> hull = fit_hull([camera_3, camera_1], [mask_3, mask_1], ShapeParameters.paper())  # doctest: +SKIP
-        >>> hull.radii_mm.shape
+        >>> hull.radii_mm.shape  # doctest: +SKIP
         (145,)
     """
     parameters = parameters or ShapeParameters.paper()

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
+from corsmal.notebook import outline_svg, record_html
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,20 @@ class Hull:
     def ok(self) -> bool:
         """Whether circumferences were fitted at all; whether any of them converged is for ``converged`` to say."""
         return not self.reason
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: its outline, and how much of it was fitted."""
+        heights_mm, radii_mm = self.heights_mm[self.converged], self.radii_mm[self.converged]
+        facts = {"fitted": f"{len(heights_mm)} of {len(self.heights_mm)} circumferences", "failed": self.reason}
+        if len(heights_mm):
+            facts["heights"] = f"{heights_mm[0]:.0f} to {heights_mm[-1]:.0f} mm"
+            facts["radii"] = f"{radii_mm.min():.1f} to {radii_mm.max():.1f} mm"
+        if self.depth_mm is not None:
+            facts["depth"] = f"{self.depth_mm:.0f} mm"
+        if self.overlap is not None:
+            facts["overlap with the masks"] = f"{100 * self.overlap:.1f} %"
+        kind = "solid of revolution" if self.depth_mm is None else "box"
+        return record_html(f"Hull, {kind}", facts, picture=outline_svg(heights_mm.tolist(), radii_mm.tolist()))
 
     @classmethod
     def failed(cls, reason: str, *, centroid_m: NDArray[np.float64] | None = None) -> "Hull":

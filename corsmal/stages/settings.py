@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from corsmal.dataset import TrainedOn
 from corsmal.dataset.clock import Matching
@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 SEARCH_STEP = 10
 """The step of a search that is quick enough to precede an estimate."""
 
-Method = Literal["coco", "demo"]
+Method = str
+"""``coco``: Mask R-CNN; ``demo``: the small network of the demo; else the name of an entry point, see
+``detection.entry_points``."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +29,8 @@ class DetectorSettings:
     """A detector and the step of its search.
 
     Args:
-        method: ``coco``: Mask R-CNN; ``demo``: the small network of the demo.
-        weights: of the network; None: COCO's, for ``coco`` only.
+        method: see ``Method``.
+        weights: of the network; None: COCO's for ``coco``, or what another package's detector has.
         every: step of the search for the best frame, see ``detect_recording``.
 
     Raises:
@@ -50,10 +52,12 @@ class DetectorSettings:
             device: such as ``cuda:0``; default: a GPU when there is one, else the CPU.
 
         Raises:
-            CorsmalError: the weights are missing or broken, or there is no such device.
+            CorsmalError: there is no such method, the weights are missing or broken, or there is no such device.
         """
-        from corsmal.detection import MaskRCNNDetector, SmallDetector  # noqa: PLC0415 - loads PyTorch
+        from corsmal.detection import MaskRCNNDetector, SmallDetector, open_own_detector  # noqa: PLC0415 - PyTorch
 
+        if self.method not in ("coco", "demo"):
+            return open_own_detector(self.method, self.weights, device=device)
         if self.method == "demo" and self.weights is not None:
             return SmallDetector(self.weights, device=device)
         return MaskRCNNDetector(self.weights, device=device)

@@ -9,13 +9,16 @@ import time
 from collections.abc import Callable, Iterator
 from functools import cached_property, partial
 from importlib.metadata import entry_points, version
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
+import click
 import numpy as np
 import pandas as pd
 import pytest
 import torch
+import typer
 from packaging.requirements import Requirement
 from torchvision.models.detection import maskrcnn_resnet50_fpn
 from typer.testing import CliRunner
@@ -31,6 +34,7 @@ from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import load_detections
 from corsmal.stages.true_masks import true_views
 from corsmal.store import Store
+from corsmal.weights import bundled_path
 from tests.networks import write_networks
 from tests.tiny import detections_of, write_json, write_tiny_dataset
 
@@ -38,15 +42,34 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
 SETUP = "python3 -m venv .venv && .venv/bin/pip install -r requirements.txt && "
 COMMAND = ".venv/bin/python -m corsmal "
-LINES = [
-    line
-    for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
-    for line in (re.sub(r"\s+#.*", "", line) for line in block.splitlines())
-]
-COMMANDS = [line.removeprefix(COMMAND) for line in LINES if line.startswith(COMMAND)]
+INSTALLED = "corsmal "
+"""How the installed package's commands begin."""
+
+
+def lines_of(text: str) -> list[str]:
+    """The lines of a document's shell blocks, without their comments."""
+    blocks = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
+    return [line for block in blocks for line in (re.sub(r"\s+#.*", "", line) for line in block.splitlines()) if line]
+
+
+def commands_of(lines: list[str]) -> list[str]:
+    """The commands of ``corsmal`` among lines, without what they begin with."""
+    starts = (COMMAND, INSTALLED)
+    words = [line.removeprefix(start) for line in lines for start in starts if line.startswith(start)]
+    return [line for line in dict.fromkeys(words) if not line.startswith("--")]
+
+
+LINES = lines_of(README)
+SITE = {
+    str(path.relative_to(REPOSITORY)): lines_of(path.read_text(encoding="utf-8"))
+    for path in sorted((REPOSITORY / "docs").rglob("*.md"))
+}
+COMMANDS = commands_of([*LINES, *(line for lines in SITE.values() for line in lines)])
 OTHERS = [
     SETUP + ".venv/bin/streamlit run app.py",
     SETUP + ".venv/bin/python -m pytest -n 2",
+    'pip install ".[app]"',  # .ci/installed.py installs the wheel and starts the app
+    "corsmal --install-completion",
     ".venv/bin/streamlit run app.py --server.baseUrlPath corsmal -- --data-root /data/corsmal",
     ".venv/bin/python -m dask scheduler",
     ".venv/bin/python -m dask worker tcp://10.0.0.5:8786 --nworkers 8 --nthreads 1",
@@ -54,6 +77,18 @@ OTHERS = [
     ".venv/bin/python -m pytest tests/benchmarks --benchmark-only",
 ]
 """Lines that are no commands of ``corsmal``."""
+SITE_OTHERS = {
+    'pip install ".[app]"',
+    'pip install ".[app,docs]" jupyterlab',
+    "jupyter lab docs/notebooks",
+    "corsmal --install-completion",
+    "python -m dask scheduler",
+    "python -m dask worker tcp://10.0.0.5:8786 --nworkers 8 --nthreads 1",
+    "export CORSMAL_CACHE=/shared/cache",
+    "docker build -t corsmal .",
+    "docker run -p 127.0.0.1:8501:8501 -v /data/corsmal:/data:ro -v corsmal-cache:/cache corsmal",
+}
+"""Such lines of the site."""
 
 RUN_NAME = "first"
 RECORDINGS, DETECTED_HERE = 9, "000002"
@@ -143,6 +178,11 @@ class Place:
             "RUN/mass.safetensors": lambda: self.mass_network,
             "TEST": lambda: self.others,
             "000618": lambda: DETECTED_HERE,
+            "recording.rrd": lambda: self.folder / "recording.rrd",
+            "red-cup": lambda: "demo",  # tests/detection/test_entry_points.py has those of other packages
+            "onnx": lambda: "demo",
+            "RUN/filling.safetensors": lambda: self.networks["filling"],
+            "network.onnx": lambda: bundled_path("detector"),
             "estimates.csv": lambda: self.table,
             "table.tex": lambda: self.folder / "table.tex",
             "submission.csv": lambda: self.folder / "submission.csv",
@@ -194,7 +234,7 @@ def check(words: str) -> Callable[[Callable[[Place, list[str]], None]], Callable
 def words_of(line: str) -> str:
     """The command's own words: ``train filling`` of ``train filling ROOT RUN``."""
     first, second, *_ = (*line.split(), "", "")
-    return f"{first} {second}" if first in ("train", "evaluate", "runs") else first
+    return f"{first} {second}" if first in ("train", "evaluate", "runs", "export") else first
 
 
 @pytest.mark.parametrize("line", COMMANDS)
@@ -204,13 +244,45 @@ def test_the_readmes_command_runs(line: str, place: Place) -> None:
 
 
 def test_the_readme_names_every_command() -> None:
-    groups = {"": cli.COMMANDS, "runs ": cli.RUNS, "train ": cli.TRAIN, "evaluate ": cli.EVALUATE}
-    assert {group + name for group, names in groups.items() for name in names} == set(map(words_of, COMMANDS))
+    groups = {
+        "": cli.COMMANDS,
+        "runs ": cli.RUNS,
+        "export ": cli.EXPORT,
+        "train ": cli.TRAIN,
+        "evaluate ": cli.EVALUATE,
+    }
+    every = {group + name for group, names in groups.items() for name in names}
+    assert every == set(map(words_of, commands_of(LINES))) == set(map(words_of, COMMANDS))
 
 
 def test_the_readme_has_no_other_lines_than_those_that_are_checked() -> None:
-    others = [line for line in LINES if not line.startswith(COMMAND)]
-    assert [line for line in others if line.strip()] == OTHERS
+    known = {COMMAND + line for line in COMMANDS} | {INSTALLED + line for line in COMMANDS}
+    assert [line for line in LINES if line not in known] == OTHERS
+    assert {line for lines in SITE.values() for line in lines if line not in known} == SITE_OTHERS
+
+
+@pytest.mark.parametrize("name", SITE)
+def test_no_command_of_the_site_has_an_option_that_is_not_there(name: str) -> None:
+    for line in commands_of(SITE[name]):
+        group, words = typer.main.get_command(cli.app), shlex.split(line)
+        while isinstance(group, click.Group):
+            group = group.commands[words.pop(0)]
+        group.make_parser(click.Context(group)).parse_args(words)
+
+
+@check("app")
+def _(_: Place, arguments: list[str]) -> None:
+    started: list[list[str]] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("streamlit.web.cli.main", started.append)
+        run([*arguments, "--read-only"])
+    [[command, script, *options]] = started
+    assert (command, Path(script)) == ("run", REPOSITORY / "app.py")
+    headless = str("--no-browser" in arguments).lower()
+    below = arguments[arguments.index("--base-path") + 1] if "--base-path" in arguments else ""
+    assert options[:3] == ["--server.port=8501", f"--server.baseUrlPath={below}", f"--server.headless={headless}"]
+    own = [pair for pair in pairwise(arguments) if pair[0] in ("--data", "--data-root")]
+    assert options[3:] == ["--", *(word for pair in own for word in pair), "--read-only"]
 
 
 @check("demo")
@@ -226,12 +298,15 @@ def _(place: Place, arguments: list[str]) -> None:
         patch.setattr(detection, "MaskRCNNDetector", partial(MaskRCNNDetector, image_side_min_px=48))
         if "dask" in arguments:
             arguments += ["--demo-weights"]  # the workers have no weights of Mask R-CNN
+        elif "--detector" in arguments:
+            arguments.insert(2, DETECTED_HERE)
         elif "--demo-weights" in arguments:
             arguments = ["detect", str(place.dataset), *arguments[2:]]  # 2 frames where the demo has 147
         else:
             network = maskrcnn_resnet50_fpn(weights=None, weights_backbone=None, num_classes=91)
             torch.save(network.state_dict(), place.folder / "untrained.pth")
             arguments += ["--weights", str(place.folder / "untrained.pth")]
+            arguments += [] if DETECTED_HERE in arguments else [DETECTED_HERE]
         if "dask" not in arguments:
             arguments += ["--workers", "1"]
         run(arguments)
@@ -243,6 +318,9 @@ def _(place: Place, arguments: list[str]) -> None:
 @check("estimate")
 def _(place: Place, arguments: list[str]) -> None:
     out = place.folder / "written.csv"
+    if RUN_NAME in arguments and len(arguments) > 4:
+        words = [word for word in arguments[2:] if word.isalpha() and word != RUN_NAME]
+        arguments[arguments.index(RUN_NAME)] = f"with {' '.join(words)}"  # other settings than those of the first run
     one = [] if "dask" in arguments else ["--workers", "1"]
     run([*arguments, "--out", str(out), *one])
     rows = read_estimates(out).set_index("recording_id")
@@ -304,6 +382,24 @@ def _(_: Place, arguments: list[str]) -> None:
         return
     assert "every file can be read" in result.output
     assert "audio is missing in 1 recording: 000001" in result.output
+
+
+@check("export detections")
+def _(place: Place, arguments: list[str]) -> None:
+    arguments[arguments.index(DETECTED_HERE)] = "000000"  # has detections beside its videos
+    run(arguments)
+    form = {"coco": "detections"}.get(arguments[-1], arguments[-1])
+    written = sorted((place.folder / "OUT").glob(f"*/{form}/000000.json"))
+    assert [path.parts[-3] for path in written] == sorted(METHOD_VIEWS)
+    assert json.loads(written[0].read_text(encoding="utf-8"))
+
+
+@check("export rerun")
+def _(place: Place, arguments: list[str]) -> None:
+    pytest.importorskip("rerun", reason="needs the extra exchange")
+    arguments[arguments.index(DETECTED_HERE)] = "000000"
+    run(arguments)
+    assert (place.folder / "recording.rrd").read_bytes().startswith(b"RRF")
 
 
 @check("train filling")
@@ -398,7 +494,7 @@ def _(place: Place, arguments: list[str]) -> None:
     run(["estimate", arguments[1], "--run", RUN_NAME, "--out", str(place.folder / "demo.csv"), "--workers", "1"])
     output = run([*arguments, "--workers", "1"])
     assert "with one stage replaced by the truth" in output
-    assert "rank correlation" in output
+    assert ("rank correlation" in output) == ("--scatter" in arguments)
     assert (place.folder / "scores.html").stat().st_size > 1000
 
 
