@@ -114,6 +114,12 @@ class FrameClock:
         own = int(self.frames[view][frame]) if 0 <= frame < len(self) else -1
         return own if own >= 0 else None
 
+    def matched(self, view: str) -> int:
+        """How many of the recording's frames a view has; as many as its file where it is not matched by time."""
+        if view in self.frames:
+            return int(np.count_nonzero(self.frames[view] >= 0))
+        return self.views[view].count if view in self.views else 0
+
     def by_frame(self, view: str, found: Mapping[int, Value]) -> Mapping[int, Value]:
         """What is known of a view's own frames, by the recording's frames."""
         if view not in self.frames:

@@ -130,8 +130,7 @@ def _begin_by_itself(opened: OpenedRecording) -> None:
 def _offer(opened: OpenedRecording) -> None:
     """Offer to detect where frames have not been inspected yet."""
     recording, found = opened.recording, opened.detections
-    counts = open_views(opened)
-    lacking = [name for name, count in counts.items() if len(found.views.get(name, ())) < count]
+    lacking = [name for name, count in _matched(opened).items() if len(found.views.get(name, ())) < count]
     if not lacking:
         return
     if is_read_only():
@@ -230,4 +229,10 @@ def open_views(opened: OpenedRecording) -> dict[str, int]:
 def _is_searched(opened: OpenedRecording) -> bool:
     """Whether at least as many frames were inspected as a search begins with."""
     found = opened.detections.views
-    return all(len(found.get(name, ())) >= ceil(count / SEARCH_STEP) for name, count in open_views(opened).items())
+    return all(len(found.get(name, ())) >= ceil(count / SEARCH_STEP) for name, count in _matched(opened).items())
+
+
+def _matched(opened: OpenedRecording) -> dict[str, int]:
+    """How many of the recording's frames the views have in which a detector can inspect them."""
+    clock = opened.recording.clock()
+    return {name: clock.matched(name) for name in open_views(opened)}

@@ -2,7 +2,6 @@
 
 from functools import partial
 
-import numpy as np
 import pandas as pd
 import streamlit as st
 
@@ -58,7 +57,7 @@ def clock_table(clock: FrameClock) -> pd.DataFrame:
             "frames": view.count,
             "fps": f"{view.fps:.4g}" if view.fps else "–",
             "starts at": f"{view.start_s:.3f} s",
-            "matched": int(np.count_nonzero(clock.frames[name] >= 0)) if name in clock.frames else view.count,
+            "matched": clock.matched(name),
         }
         for name, view in sorted(clock.views.items())
     }

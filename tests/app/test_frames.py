@@ -154,6 +154,17 @@ def test_one_frame_is_inspected_on_request_and_marked(tiny_dataset_root: Path, m
     assert visitor.frame == 7
 
 
+def test_frames_that_a_view_does_not_have_are_not_offered_to_a_detector(
+    tiny_dataset_root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(DetectorSettings, "open", lambda _settings: FakeDetector())
+    visitor = Visitor(tiny_dataset_root, recording="000002", offset="view1:0.1").open("frames")
+    visitor.press("Inspect all frames")
+    visitor.wait_for(lambda visitor: "Centre rule" in visitor.metrics and not visitor.progress)
+    assert not {"Find the best frame", "Inspect all frames"} & set(visitor.buttons)
+    assert visitor.crashes == visitor.errors == []
+
+
 def test_files_with_detections_leave_nothing_to_inspect(visitor: Visitor) -> None:
     assert not visitor.time_line["can_inspect"]
     assert visitor.time_line["inspected"] == list(range(FRAMES))
