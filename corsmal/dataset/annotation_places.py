@@ -56,10 +56,14 @@ def find_annotations(root: Path, names: Iterable[str], *, ids: Collection[str]) 
         ids: of the recordings that have files: what lies beside the folder is only used if it has one of them.
     """
     names = list(names)
+    found = _annotations_of(root, names, ids=ids)
+    severity: Severity = "note" if found.by_id or found.by_container else "warning"
+    return replace(found, findings=(*found.findings, *_other_tables(names, severity)))
+
+
+def _annotations_of(root: Path, names: list[str], *, ids: Collection[str]) -> Annotations:
     found = read_annotations(root, names)
-    is_found = bool(found.by_id or found.by_container)
-    found = replace(found, findings=(*found.findings, *_other_tables(names, "note" if is_found else "warning")))
-    if is_found or any(finding.severity == "error" for finding in found.findings):
+    if found.by_id or found.by_container or any(finding.severity == "error" for finding in found.findings):
         return found
     for place in (*(root / name for name in _FOLDERS), root.parent, *(root.parent / name for name in _FOLDERS)):
         is_beside = not place.is_relative_to(root)
@@ -67,9 +71,9 @@ def find_annotations(root: Path, names: Iterable[str], *, ids: Collection[str]) 
         other = _read_elsewhere(place, inside, root=root, ids=ids) if candidates(inside) else None
         if other is not None:
             return replace(other, findings=(*found.findings, *other.findings))
-    if all(finding.kind == "unused" for finding in found.findings):
+    if not found.findings:
         what = f"no annotation was found: {root} holds no file like ccm_train_annotation.json or .csv"
-        return replace(found, findings=(Finding("note", "missing", what), *found.findings))
+        return Annotations({}, (Finding("note", "missing", what),))
     return found
 
 

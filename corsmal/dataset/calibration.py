@@ -1,5 +1,6 @@
 """Calibration files: the colour camera of a view, and in which unit its place was written."""
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -89,7 +90,7 @@ def read_calibration(path: str | Path) -> Calibration:
 
 def _in_metres(camera: Camera, notes: tuple[str, ...]) -> Calibration:
     """The camera with its translation in metres, whatever unit it seems to be in."""
-    distance = float(np.linalg.norm(camera.translation))
+    distance = math.hypot(*camera.translation)
     if distance <= METRES_MAX or distance > MILLIMETRES_MAX:
         return Calibration(camera, notes)
     unit, per_metre = ("cm", 100.0) if distance <= CENTIMETRES_MAX else ("mm", 1000.0)

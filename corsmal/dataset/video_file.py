@@ -64,6 +64,18 @@ def open_video(path: Path) -> av.container.InputContainer:
     return container
 
 
+def frames_beyond_end(path: Path) -> tuple[int, int]:
+    """How many frames a video's index names, 0 where it has none, and how many of them lie beyond the end of the file.
+
+    Raises:
+        FileError: as of ``open_video``.
+    """
+    with open_video(path) as container:
+        ends = [entry.pos + entry.size for entry in video_stream(container).index_entries]
+    size = path.stat().st_size
+    return len(ends), sum(end > size for end in ends)
+
+
 def video_stream(container: av.container.InputContainer) -> av.VideoStream:
     """The stream with the most frames, of those in a known form that are no cover picture.
 

@@ -1,15 +1,14 @@
 """What a check of one recording's files finds: calibrations, detections, and how they were read."""
 
+import math
 from collections.abc import Mapping
-
-import numpy as np
 
 from corsmal.dataset import Recording, View
 from corsmal.dataset.audio import check_audio
 from corsmal.dataset.calibration import CALIBRATED_SIZE
 from corsmal.dataset.findings import Finding, Severity
 from corsmal.dataset.video import video_size
-from corsmal.dataset.video_file import file_turn
+from corsmal.dataset.video_file import file_turn, frames_beyond_end
 from corsmal.estimation.plausibility import CAMERA_M
 from corsmal.estimation.view_offsets import corrected, find_offsets
 from corsmal.notes import Note
@@ -29,7 +28,7 @@ def calibration_findings(view: View) -> list[Finding]:
         return []
     found, file = view.calibration(), str(view.calibration_path)
     findings = [Finding(_severity(note), "calibration", note, file=file) for note in found.notes]
-    distance_m = float(np.linalg.norm(found.camera.translation))
+    distance_m = math.hypot(*found.camera.translation)
     low, high = CAMERA_M
     if not low <= distance_m <= high:
         place = f"{distance_m:.3g} m from the world's origin, expected {low:g} to {high:g} m"
@@ -79,13 +78,17 @@ def offset_findings(recording: Recording, detections: Mapping[str, FrameDetectio
 
 
 def video_findings(view: View) -> list[Finding]:
-    """How a view's pictures are turned, and a form that its calibration is not for.
+    """Frames that a video lacks, how its pictures are turned, and a form that its calibration is not for.
 
     Raises:
         FileError: the video cannot be opened.
     """
     (width, height), file = video_size(view.video_path), str(view.video_path)
     findings = []
+    count, beyond = frames_beyond_end(view.video_path)
+    if beyond:
+        what = f"breaks off: {beyond} of its {count} frames are not in the file"
+        findings.append(Finding("error", "video", what, file=file, advice="download it again"))
     if any(file_turn(view.video_path)):
         findings.append(Finding("note", "video", "its pictures are turned as its display matrix says", file=file))
     shape, wanted = width / height, CALIBRATED_SIZE[0] / CALIBRATED_SIZE[1]

@@ -131,6 +131,13 @@ def test_what_is_not_used_is_named_with_the_reason(tmp_path: Path, name: str) ->
         assert "this folder is not used" in said
 
 
+def test_other_tables_are_only_noted_where_the_annotation_was_found(tmp_path: Path) -> None:
+    touch(tmp_path, "data/train/audio/000003.wav", "data/train/labels.csv")
+    write_json(tmp_path / "data/ccm_train_annotation.json", {"annotations": [ROW]})
+    [finding] = [each for each in open_dataset(tmp_path / "data/train").findings if each.kind == "unused"]
+    assert (finding.severity, finding.file) == ("note", "labels.csv")
+
+
 def test_links_that_lead_nowhere_and_hidden_files_are_named(tmp_path: Path) -> None:
     touch(tmp_path, "view1/rgb/000003.mp4", "view1/rgb/._000003.mp4", "view1/rgb/.DS_Store", "view1/rgb/Thumbs.db")
     (tmp_path / "view1/rgb/000004.mp4").symlink_to(tmp_path / "nowhere.mp4")

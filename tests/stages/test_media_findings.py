@@ -4,6 +4,7 @@ import json
 import pickle
 import shutil
 
+import av
 import numpy as np
 import pytest
 import soundfile
@@ -77,9 +78,27 @@ def film_upright(root):
     write_video(root / "view1" / "rgb" / "000000.mp4", [np.zeros((SIZE[0], SIZE[1], 3), np.uint8)] * 8)
 
 
+def cut_off_the_video(root):
+    """Half of a file whose index stands in front: all its frames seem to be there."""
+    path = root / "view1" / "rgb" / "000000.mp4"
+    with (
+        av.open(str(path)) as source,
+        av.open(str(root / "whole.mp4"), "w", options={"movflags": "faststart"}) as whole,
+    ):
+        stream = whole.add_stream_from_template(source.streams.video[0])
+        for packet in source.demux(video=0):
+            if packet.size:
+                packet.stream = stream
+                whole.mux(packet)
+    content = (root / "whole.mp4").read_bytes()
+    path.write_bytes(content[: (content.index(b"mdat") + len(content)) // 2])
+    (root / "whole.mp4").unlink()
+
+
 @pytest.mark.parametrize(
     ("damage", "expected", "said"),
     [
+        (cut_off_the_video, ("error", "video"), "of its 8 frames are not in the file"),
         (scale_translations, ("warning", "calibration"), "was taken for mm"),
         (change_line_ends, ("note", "calibration"), "line ends were changed"),
         (count_from_1, ("warning", "detections"), "frames are counted from 1 (up to 8)"),
