@@ -55,6 +55,14 @@ FeatureFolder = Annotated[
     Path | None,
     typer.Option("--features", help="Folder of feature arrays, ID.npy; default: log-mel features of the audio."),
 ]
+FeatureFolders = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--features",
+        help="Folder of feature arrays, ID.npy; default: log-mel features of the audio. Repeat it to name features of "
+        "the video, rows of 512 numbers, too.",
+    ),
+]
 RunFolder = Annotated[
     Path,
     typer.Argument(metavar="RUN", help="Folder for checkpoints, logs and weights; an interrupted run there resumes."),

@@ -8,26 +8,33 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from corsmal.commands import FeatureFolder, Root, RunFolder, complain, progress_bar, say, show
+from corsmal.commands import FeatureFolders, Root, RunFolder, complain, progress_bar, say, show
 from corsmal.errors import CorsmalError, FileError
 
 if TYPE_CHECKING:
     from corsmal.dataset import Dataset, TrainedOn
-    from corsmal.filling import FillingSample, FillingTraining
+    from corsmal.filling import FillingSample, FillingTraining, FusedTraining
 
-Preset = Annotated[
-    Literal["paper", "tuned"],
-    typer.Option(help="paper: one network, trained as published; tuned: eight networks, averaged."),
+Preset = Literal["paper", "tuned", "fused"]
+PresetOption = Annotated[
+    Preset,
+    typer.Option(
+        help="paper: one network, trained as published; tuned: eight networks, averaged; fused: networks of sound and "
+        "of sight with a gate, from --features of both."
+    ),
 ]
-Epochs = Annotated[int | None, typer.Option(help="Number of epochs; default: 150 for paper, 30 for tuned.", min=1)]
+Epochs = Annotated[
+    int | None,
+    typer.Option(help="Number of epochs; default: 150 for paper, 30 for tuned, each sense's own for fused.", min=1),
+]
 
 
 def train(
     root: Root,
     folder: RunFolder,
     *,
-    features: FeatureFolder = None,
-    preset: Preset = "paper",
+    features: FeatureFolders = None,
+    preset: PresetOption = "paper",
     epochs: Epochs = None,
     retrain: Annotated[
         bool,
@@ -40,17 +47,23 @@ def train(
     With the preset paper a seventh of them is held out, by which the best epoch is chosen.
     """
     from corsmal.dataset import open_dataset
-    from corsmal.filling import train_filling
+    from corsmal.filling import FillingTraining, train_filling, train_fused
     from corsmal.filling.training import missing_classes
 
-    training = replace(_training(preset, epochs), retrain=retrain)
+    if retrain and preset == "fused":
+        raise typer.BadParameter("the preset fused chooses no epoch", param_hint="--retrain")
+    training = _training(preset, epochs)
     dataset = open_dataset(root)
     samples = _samples(dataset, features)
     trained_on = _record(dataset, samples, features)
     if absent := missing_classes(samples):
         say(f"No recording holds {', '.join(absent)}: the network will not name it.")
     with _training_bar() as progress:
-        path = train_filling(folder, samples, preset=training, seed=seed, trained_on=trained_on, progress=progress)
+        if isinstance(training, FillingTraining):
+            training = replace(training, retrain=retrain)
+            path = train_filling(folder, samples, preset=training, seed=seed, trained_on=trained_on, progress=progress)
+        else:
+            path = train_fused(folder, samples, training=training, seed=seed, trained_on=trained_on, progress=progress)
     say(f"Weights: {path}")
 
 
@@ -58,8 +71,8 @@ def evaluate(
     root: Root,
     folder: RunFolder,
     *,
-    features: FeatureFolder = None,
-    preset: Preset = "paper",
+    features: FeatureFolders = None,
+    preset: PresetOption = "paper",
     epochs: Epochs = None,
     folds: Annotated[
         Literal["spread", "containers"],
@@ -72,8 +85,15 @@ def evaluate(
 ) -> None:
     """Cross-validate the network for filling type and level on the annotated recordings of a dataset."""
     from corsmal.dataset import open_dataset
-    from corsmal.evaluation import filling_confusion_tables, filling_container_table, pooled_table
+    from corsmal.evaluation import (
+        calibration_table,
+        condition_table,
+        filling_confusion_tables,
+        filling_container_table,
+        pooled_table,
+    )
     from corsmal.filling import cross_validate, folds_by_container, spread_folds
+    from corsmal.filling.senses import predictions_by_condition
 
     dataset = open_dataset(root)
     samples = _samples(dataset, features)
@@ -91,6 +111,12 @@ def evaluate(
             progress=progress,
         )
     show("Weighted F1 in %, all folds pooled", pooled_table(predictions))
+    tables = {"as trained": predictions}
+    if preset == "fused":
+        tables |= predictions_by_condition(folder, samples, folds=split, seeds=range(seeds))
+        show("Weighted F1 in %: as trained, without calibration, a sense left out, both noisy", condition_table(tables))
+    title = "Expected calibration error of the level, and what is wrong among the surest 100, 90, 80, 70 %, in %"
+    show(title, calibration_table(tables))
     show("MPF1 in % by container", filling_container_table(predictions))
     for quantity in ("filling_level", "filling_type"):
         for kind, table in filling_confusion_tables(predictions, quantity).items():
@@ -98,43 +124,52 @@ def evaluate(
                 show(f"{quantity.replace('_', ' ')}, {kind}: rows are true, columns predicted", table)
 
 
-def _training(preset: Literal["paper", "tuned"], epochs: int | None) -> "FillingTraining":
-    from corsmal.filling import FillingTraining
+def _training(preset: Preset, epochs: int | None) -> "FillingTraining | FusedTraining":
+    from corsmal.filling import FillingTraining, FusedTraining
 
+    if preset == "fused":
+        fused = FusedTraining()
+        return fused if epochs is None else fused.lasting(epochs)
     training = FillingTraining.of(preset)
     return training if epochs is None else replace(training, epochs=epochs)
 
 
-def _record(dataset: "Dataset", samples: "list[FillingSample]", features: Path | None) -> "TrainedOn":
+def _record(dataset: "Dataset", samples: "list[FillingSample]", features: list[Path] | None) -> "TrainedOn":
     """What the weights keep about their training."""
     from corsmal.digests import digest
+    from corsmal.filling.sight import FeatureFolders
     from corsmal.stages.training_facts import training_record
 
-    arrays = {} if features is None else {sample.recording_id: digest(sample.features) for sample in samples}
+    is_sound = FeatureFolders.of(features or []).sound is None
+    arrays = {} if is_sound else {sample.recording_id: digest(sample.features) for sample in samples}
     return training_record(dataset, [dataset[sample.recording_id] for sample in samples], features=arrays)
 
 
-def _samples(dataset: "Dataset", features: Path | None) -> "list[FillingSample]":
-    """The annotated recordings with their features; a recording whose audio cannot be read is reported and skipped.
+def _samples(dataset: "Dataset", features: list[Path] | None) -> "list[FillingSample]":
+    """The annotated recordings with their features; a recording without those of its sound is reported and skipped.
 
     Raises:
         FileError: no recording has both.
     """
     from corsmal.filling import filling_samples
     from corsmal.filling.features import recording_features
+    from corsmal.filling.sight import FeatureFolders, sight_features
     from corsmal.store import Store
 
-    store, found = Store(), {}
+    folders = FeatureFolders.of(features or [])
+    store, found, seen = Store(), {}, {}
     with progress_bar("features") as progress:
         for done, recording in enumerate(dataset, start=1):
             try:
-                found[recording.id] = recording_features(recording, folder=features, store=store).values
+                found[recording.id] = recording_features(recording, folder=folders.sound, store=store).values
+                if folders.sight is not None:
+                    seen[recording.id] = sight_features(folders.sight, recording.id)
             except CorsmalError as error:
                 complain(recording.id, error)
             progress(done, len(dataset))
-    samples = filling_samples(dataset.table, found)
+    samples = filling_samples(dataset.table, found, sight=seen)
     if not samples:
-        source = "audio" if features is None else f"an array in {features}"
+        source = "audio" if folders.sound is None else f"an array in {folders.sound}"
         raise FileError(dataset.root, f"has no recording with both {source} and an annotated filling")
     return samples
 

@@ -2,6 +2,11 @@ from .attribution import ablation_table as ablation_table
 from .attribution import attribution_table as attribution_table
 from .attribution import with_true_filling as with_true_filling
 from .attribution_words import stage_sentences as stage_sentences
+from .calibration import calibration_error as calibration_error
+from .calibration import calibration_table as calibration_table
+from .calibration import condition_table as condition_table
+from .calibration import reliability_table as reliability_table
+from .calibration import risk_coverage_table as risk_coverage_table
 from .cells import cell_table as cell_table
 from .cells import comparison_note as comparison_note
 from .challenge import challenge_scores as challenge_scores

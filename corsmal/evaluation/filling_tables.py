@@ -8,8 +8,9 @@ from corsmal.evaluation.metrics import CLASS_NAMES, class_numbers, confusion, jo
 from corsmal.evaluation.tables import AVERAGE, KINDS
 from corsmal.filling.records import PREDICTION_COLUMNS
 
-_TRUE = {"filling_level": "true_level", "filling_type": "true_type"}
-_PREDICTED = {"filling_level": "predicted_level", "filling_type": "predicted_type"}
+TRUE = {"filling_level": "true_level", "filling_type": "true_type"}
+PREDICTED = {"filling_level": "predicted_level", "filling_type": "predicted_type"}
+"""The columns of ``PREDICTION_COLUMNS`` with a quantity's true and predicted classes."""
 
 
 def pooled_table(predictions: pd.DataFrame) -> pd.DataFrame:
@@ -23,8 +24,8 @@ def pooled_table(predictions: pd.DataFrame) -> pd.DataFrame:
         ArgumentError: a column is missing, a class has no number, or a seed predicts a recording twice.
     """
     rows = []
-    for seed, group in _checked(predictions).groupby("seed"):
-        scores = {name: weighted_f1(group[_TRUE[name]], group[_PREDICTED[name]]) for name in _TRUE}
+    for seed, group in checked_predictions(predictions).groupby("seed"):
+        scores = {name: weighted_f1(group[TRUE[name]], group[PREDICTED[name]]) for name in TRUE}
         joint = [joint_classes(group[f"{side}_type"], group[f"{side}_level"]) for side in ("true", "predicted")]
         rows.append({"seed": str(seed), **scores, "joint": weighted_f1(*joint), "recordings": len(group)})
     table = pd.DataFrame(rows)
@@ -44,11 +45,11 @@ def filling_container_table(predictions: pd.DataFrame) -> pd.DataFrame:
         ``recordings``.
     """
     rows = []
-    for (number, seed), group in _checked(predictions).groupby(["container_id", "seed"]):
-        scores = {f"{name}_mpf1": mpf1(group[_TRUE[name]], group[_PREDICTED[name]]) for name in _TRUE}
+    for (number, seed), group in checked_predictions(predictions).groupby(["container_id", "seed"]):
+        scores = {f"{name}_mpf1": mpf1(group[TRUE[name]], group[PREDICTED[name]]) for name in TRUE}
         rows.append({"container_id": number, "seed": seed, **scores, "recordings": len(group)})
     by_seed = pd.DataFrame(rows)
-    metrics = [f"{name}_mpf1" for name in _TRUE]
+    metrics = [f"{name}_mpf1" for name in TRUE]
     average = by_seed.groupby("seed")[metrics].mean()
     by_container = by_seed.groupby("container_id")
     table = pd.concat([by_container[metrics].mean(), by_container[metrics].std().add_suffix("_std")], axis=1)
@@ -68,16 +69,17 @@ def filling_confusion_tables(predictions: pd.DataFrame, quantity: str) -> dict[K
         ArgumentError: as ``pooled_table``, or the quantity is no class.
     """
     check_choice("quantity", quantity, CLASS_NAMES)
-    known = _checked(predictions)
+    known = checked_predictions(predictions)
     kinds = known["container_id"].map(lambda number: CONTAINERS.get(number, ("", ""))[1])
     tables: dict[Kind, pd.DataFrame] = {}
     for kind in KINDS:
         rows = known[kinds == kind]
-        tables[kind] = confusion(rows[_TRUE[quantity]], rows[_PREDICTED[quantity]], CLASS_NAMES[quantity])
+        tables[kind] = confusion(rows[TRUE[quantity]], rows[PREDICTED[quantity]], CLASS_NAMES[quantity])
     return tables
 
 
-def _checked(predictions: pd.DataFrame) -> pd.DataFrame:
+def checked_predictions(predictions: pd.DataFrame) -> pd.DataFrame:
+    """The predictions of a cross-validation; errors are those of ``pooled_table``."""
     if not isinstance(predictions, pd.DataFrame) or not len(predictions):
         raise ArgumentError("predictions must be a table with at least one row")
     absent = [name for name in PREDICTION_COLUMNS if name not in predictions]
@@ -90,8 +92,8 @@ def _checked(predictions: pd.DataFrame) -> pd.DataFrame:
         name, seed = predictions.loc[repeated, ["recording_id", "seed"]].iloc[0]
         raise ArgumentError(f"predictions must have one row per recording and seed, got {name} twice for seed {seed}")
     for quantity, names in CLASS_NAMES.items():
-        for column in (_TRUE[quantity], _PREDICTED[quantity]):
+        for column in (TRUE[quantity], PREDICTED[quantity]):
             numbers = class_numbers(predictions[column], name=column)
-            if (numbers.min() < 0 and column == _TRUE[quantity]) or numbers.max() >= len(names):
+            if (numbers.min() < 0 and column == TRUE[quantity]) or numbers.max() >= len(names):
                 raise ArgumentError(f"predictions: {column} must be a number from 0 to {len(names) - 1}")
     return predictions

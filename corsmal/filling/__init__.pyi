@@ -5,6 +5,9 @@ from .folds import folds_by_container as folds_by_container
 from .folds import spread_folds as spread_folds
 from .frontend import LogMelParameters as LogMelParameters
 from .frontend import log_mel as log_mel
+from .fused_prediction import FusedPredictor as FusedPredictor
+from .fused_training import FusedTraining as FusedTraining
+from .fused_training import train_fused as train_fused
 from .network import FillingModel as FillingModel
 from .network import read_filling as read_filling
 from .network import save_filling as save_filling

@@ -1,8 +1,8 @@
-"""The sizes of the filling network, with the paper's preset and a tuned one."""
+"""The sizes of the filling networks: the paper's with its preset and a tuned one, and a recurrent one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import get_args
+from typing import Literal, get_args
 
 from corsmal.errors import ArgumentError, check_choice
 from corsmal.filling.records import Decoding
@@ -71,7 +71,48 @@ class FillingConfig:
         return cls(channels=channels, duration_input=True, standardise=standardise, decoding="feasible")
 
 
-def check_together(configs: Sequence[FillingConfig]) -> None:
+@dataclass(frozen=True)
+class RecurrentConfig:
+    """Sizes of the recurrent network and how its answer is read.
+
+    Args:
+        channels: C, microphones or views.
+        features: features per row.
+        hidden: states of the GRU, in each direction.
+        both_ways: whether a second GRU reads the rows from the end.
+        dropout: of the normalised features and of what the heads are given, while training.
+        decoding: how type and level are read off the two heads' probabilities.
+        network: names this kind of network in files.
+
+    Raises:
+        ArgumentError: a size is not a positive whole number, or a choice is unknown.
+    """
+
+    channels: int = 1
+    features: int = 128
+    hidden: int = 64
+    both_ways: bool = True
+    dropout: float = 0.3
+    decoding: Decoding = "feasible"
+    network: Literal["recurrent"] = "recurrent"
+
+    def __post_init__(self) -> None:
+        for name in ("channels", "features", "hidden"):
+            size = getattr(self, name)
+            if type(size) is not int or size < 1:
+                raise ArgumentError(f"{name} must be a positive whole number, got {size!r}")
+        if not (isinstance(self.dropout, float | int) and 0 <= self.dropout < 1):
+            raise ArgumentError(f"dropout must lie in 0..1, got {self.dropout!r}")
+        if type(self.both_ways) is not bool:
+            raise ArgumentError(f"both_ways must be true or false, got {self.both_ways!r}")
+        check_choice("decoding", self.decoding, get_args(Decoding))
+        check_choice("network", self.network, ("recurrent",))
+
+
+AnyConfig = FillingConfig | RecurrentConfig
+
+
+def check_together(configs: Sequence[AnyConfig]) -> None:
     """Whether one file may hold models of these configs.
 
     Raises:

@@ -110,7 +110,13 @@ def _cut_notes(recording: Recording) -> tuple[str, ...]:
     return (Note(f"it was cut at {recording.sound_end_s:.1f} s, its recorder was not stopped", flag="sound-cut"),)
 
 
-def _from_array(folder: Path, name: str, parameters: LogMelParameters, end_s: float | None) -> Features:
+def read_array(folder: Path, name: str, *, width: int) -> NDArray[Any]:
+    """A recording's array in a folder, (rows, width) or (channels, rows, width) finite numbers of any type.
+
+    Raises:
+        NotFoundError: the folder has no array of the recording.
+        FileError: there is no such folder, or the array is broken or of another form.
+    """
     if not folder.is_dir():
         raise FileError(folder, "there is no such folder of features")
     path = file_of(folder, name, ".npy")
@@ -121,7 +127,12 @@ def _from_array(folder: Path, name: str, parameters: LogMelParameters, end_s: fl
             array = np.lib.format.read_array(file, allow_pickle=False)
     except (OSError, ValueError, EOFError, MemoryError, tokenize.TokenError) as error:
         raise FileError(path, "is no NumPy array of numbers; make or download it again") from error
-    _check(path, array, parameters.mels)
+    _check(path, array, width)
+    return np.asarray(array)
+
+
+def _from_array(folder: Path, name: str, parameters: LogMelParameters, end_s: float | None) -> Features:
+    array = read_array(folder, name, width=parameters.mels)
     is_plain = array.ndim == 2
     row_s = ARRAY_ROW_S if is_plain else parameters.row_s
     values = array[None] if is_plain else array

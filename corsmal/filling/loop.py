@@ -13,7 +13,7 @@ from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from corsmal.errors import FileError
 from corsmal.files import writing
 from corsmal.filling.module import FillingModule, stream
-from corsmal.filling.network import FillingModel, read_filling, save_filling
+from corsmal.filling.network import AnyModel, read_filling, save_filling
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import FillingSample
 from corsmal.weights import quiet_lightning, read_checkpoint
@@ -44,7 +44,7 @@ def fit_network(
     seed: int,
     validation: Sequence[FillingSample],
     progress: Callable[[float], None] | None = None,
-) -> FillingModel:
+) -> AnyModel:
     """Fit network number ``index`` of a training, or resume where a run in the same folder was stopped.
 
     On a CPU, a run that is stopped and resumed gives the same weights as one that is not: every epoch draws from a
@@ -116,7 +116,7 @@ def _trainer(folder: Path, callbacks: list[Callback], *, epochs: int, validated:
 class KeepBest(Callback):
     """Writes the weights of an epoch of ``network`` to ``path`` when rule (1) says so."""
 
-    def __init__(self, path: Path, network: FillingModel) -> None:
+    def __init__(self, path: Path, network: AnyModel) -> None:
         self.path, self._network = path, network
         self.lowest = math.inf
         self.epochs = 0
@@ -129,7 +129,7 @@ class KeepBest(Callback):
             save_filling(self.path, [self._network])
         trainer.should_stop = self.lowest <= 2 * LOSS_FLOOR
 
-    def kept(self) -> FillingModel:
+    def kept(self) -> AnyModel:
         """The network with the weights that were kept last.
 
         Raises:

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from corsmal.filling.network import FillingModel
+from corsmal.filling.network import build_model
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import Batch, Batches, FillingSample
 
@@ -30,7 +30,7 @@ class FillingModule(lightning.LightningModule):
         seed: int,
     ) -> None:
         super().__init__()
-        self.network = FillingModel(training.networks[index])
+        self.network = build_model(training.networks[index])
         self.network.learn_statistics([sample.features for sample in samples])
         self._training, self._index, self._seed = training, index, seed
         self._samples, self._validation = samples, validation

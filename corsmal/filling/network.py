@@ -16,13 +16,17 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.config import FillingConfig, check_together
+from corsmal.filling.config import AnyConfig, FillingConfig, RecurrentConfig, check_together
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
+from corsmal.filling.recurrent import RecurrentModel
 from corsmal.weights import read_network, save_network
 
 KERNEL = 5
 KERNEL_NOISE = 0.02
 """Deviation of the random part of the first kernels, whose middle is 1."""
+
+PROBABILITY_MIN = 1e-12
+"""The smallest probability whose logarithm is stored."""
 
 DEVIATION_MIN = 1e-6
 """A feature with a smaller deviation counts as one that never changes."""
@@ -200,7 +204,27 @@ def sinusoidal_positions(length: int, width: int) -> Tensor:
     return torch.stack([angles.sin(), angles.cos()], dim=-1).flatten(1)
 
 
-def save_filling(path: Path, models: Sequence[FillingModel], *, training: Mapping[str, Any] | None = None) -> None:
+AnyModel = FillingModel | RecurrentModel
+
+
+def build_model(config: AnyConfig) -> AnyModel:
+    """The network of a config, with its first weights."""
+    return FillingModel(config) if isinstance(config, FillingConfig) else RecurrentModel(config)
+
+
+def config_of(content: Mapping[str, Any]) -> AnyConfig:
+    """The config that a file holds."""
+    return RecurrentConfig(**content) if "network" in content else FillingConfig(**content)
+
+
+def mean_logits(logits: Sequence[Tensor]) -> Tensor:
+    """(B, classes) logits of several networks as one: logarithms of their mean probabilities; a single one's own."""
+    if len(logits) == 1:
+        return logits[0]
+    return torch.stack(tuple(logits)).softmax(dim=-1).mean(dim=0).clamp_min(PROBABILITY_MIN).log()
+
+
+def save_filling(path: Path, models: Sequence[AnyModel], *, training: Mapping[str, Any] | None = None) -> None:
     """Write up to eight models, whose probabilities are averaged, with their configs and what they were trained on.
 
     They must expect the same channels and features and read their answers alike.
@@ -214,7 +238,7 @@ def save_filling(path: Path, models: Sequence[FillingModel], *, training: Mappin
     save_network(path, nn.ModuleList(models), kind="filling", config=list(map(asdict, configs)), training=training)
 
 
-def read_filling(path: Path) -> list[FillingModel]:
+def read_filling(path: Path) -> list[AnyModel]:
     """The models of a file that ``save_filling`` wrote, ready to predict.
 
     Raises:
@@ -222,8 +246,8 @@ def read_filling(path: Path) -> list[FillingModel]:
     """
 
     def build(contents: Sequence[dict[str, Any]]) -> nn.ModuleList:
-        configs = [FillingConfig(**content) for content in contents]
+        configs = list(map(config_of, contents))
         check_together(configs)
-        return nn.ModuleList(map(FillingModel, configs))
+        return nn.ModuleList(map(build_model, configs))
 
-    return [model for model in read_network(path, "filling", build) if isinstance(model, FillingModel)]
+    return [model for model in read_network(path, "filling", build) if isinstance(model, AnyModel)]

@@ -10,14 +10,13 @@ from torch import Tensor
 
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
-from corsmal.filling.config import FillingConfig
-from corsmal.filling.network import FillingModel, read_filling
+from corsmal.filling.config import AnyConfig
+from corsmal.filling.network import AnyModel, mean_logits, read_filling
 from corsmal.filling.records import FillingPrediction
+from corsmal.filling.samples import FillingSample
 from corsmal.weights import choose_device, network_digest, read_training
 
 WINDOWS_AT_ONCE = 32
-PROBABILITY_MIN = 1e-12
-"""The smallest probability whose logarithm is stored."""
 
 
 class FillingPredictor:
@@ -46,7 +45,7 @@ class FillingPredictor:
         self.trained_on = TrainedOn.from_json(read_training(weights, "filling"))
 
     @property
-    def config(self) -> FillingConfig:
+    def config(self) -> AnyConfig:
         """Of the first model; all agree on the channels, the features and how the answer is read."""
         return self._models[0].config
 
@@ -70,6 +69,10 @@ class FillingPredictor:
         """
         rows = crop or (0, features.shape[1] if features.ndim == 3 else 0)
         return self._predict(features, [rows], steps_s)[0]
+
+    def predict_sample(self, sample: FillingSample) -> FillingPrediction:
+        """What a recording of a training set holds, whose truth is not used."""
+        return self.predict(sample.features)
 
     def predict_windows(
         self, features: NDArray[np.floating], *, window: int, hop: int, steps_s: float | None = None
@@ -128,13 +131,7 @@ class FillingPredictor:
 
 
 @torch.inference_mode()
-def _answer(models: Sequence[FillingModel], batch: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def _answer(models: Sequence[AnyModel], batch: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """(B, 4) and (B, 3) logits and (B, T) attention: one model's own, or the mean of several (of probabilities)."""
     types, levels, attention = zip(*(model.explain(batch) for model in models), strict=True)
-    return _mean_logits(types), _mean_logits(levels), torch.stack(tuple(attention)).mean(dim=0)
-
-
-def _mean_logits(logits: Sequence[Tensor]) -> Tensor:
-    if len(logits) == 1:
-        return logits[0]
-    return torch.stack(tuple(logits)).softmax(dim=-1).mean(dim=0).clamp_min(PROBABILITY_MIN).log()
+    return mean_logits(types), mean_logits(levels), torch.stack(tuple(attention)).mean(dim=0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from corsmal.errors import ArgumentError, check_choice
-from corsmal.filling.config import FillingConfig, check_together
+from corsmal.filling.config import AnyConfig, FillingConfig, check_together
 from corsmal.filling.samples import Task
 
 Preset = Literal["paper", "tuned"]
@@ -37,7 +37,7 @@ class FillingTraining:
         ArgumentError: a number is out of range, or the networks do not belong together.
     """
 
-    networks: tuple[FillingConfig, ...] = (FillingConfig.paper(),)
+    networks: tuple[AnyConfig, ...] = (FillingConfig.paper(),)
     passes: Passes = "alternating"
     keep: Keep = "best"
     retrain: bool = False

@@ -26,6 +26,8 @@ class FillingSample:
 
     Args:
         features: (C, T, features) float32, finite, T at least 1.
+        sight: (views, T, features) float32 of its videos, likewise, a view that is missing zero everywhere; None: there
+            is none. Only fused networks see it.
         filling_type: 0 to 3: none, pasta, rice, water.
         filling_level: 0 to 2: empty, half, full.
 
@@ -38,13 +40,17 @@ class FillingSample:
     features: NDArray[np.float32]
     filling_type: int
     filling_level: int
+    sight: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
-        if self.features.ndim != 3 or 0 in self.features.shape or self.features.dtype != np.float32:
-            found = f"{self.features.shape} of {self.features.dtype}"
-            raise ArgumentError(f"features of {self.recording_id} must be (C, T, features) float32, got {found}")
-        if not np.isfinite(self.features).all():
-            raise ArgumentError(f"features of {self.recording_id} must be finite, got NaN or infinity")
+        for name, array in (("features", self.features), ("sight", self.sight)):
+            if array is None:
+                continue
+            if array.ndim != 3 or 0 in array.shape or array.dtype != np.float32:
+                found = f"{array.shape} of {array.dtype}"
+                raise ArgumentError(f"{name} of {self.recording_id} must be (C, T, features) float32, got {found}")
+            if not np.isfinite(array).all():
+                raise ArgumentError(f"{name} of {self.recording_id} must be finite, got NaN or infinity")
         for name, classes in (("filling_type", len(TYPE_NAMES)), ("filling_level", len(LEVEL_NAMES))):
             if getattr(self, name) not in range(classes):
                 raise ArgumentError(
@@ -125,16 +131,24 @@ def padded(task: Task, samples: Sequence[FillingSample], crops: Sequence[tuple[i
     return Batch(task, torch.from_numpy(features), torch.from_numpy(mask), types, levels)
 
 
-def filling_samples(table: pd.DataFrame, features: Mapping[str, NDArray[np.float32]]) -> list[FillingSample]:
+def filling_samples(
+    table: pd.DataFrame,
+    features: Mapping[str, NDArray[np.float32]],
+    *,
+    sight: Mapping[str, NDArray[np.float32]] | None = None,
+) -> list[FillingSample]:
     """The recordings whose container and filling are known, with their features.
 
     Args:
         table: such as ``Dataset.table``.
         features: (C, T, features) float32 by recording id; recordings that it lacks are left out.
+        sight: (views, T, features) float32 of their videos by recording id; it may lack some.
     """
     known = table[["container_id", "filling_type", "filling_level"]].dropna().astype(int)
     return [
-        FillingSample(str(name), int(container), features[str(name)], int(kind), int(level))
+        FillingSample(
+            str(name), int(container), features[str(name)], int(kind), int(level), sight=(sight or {}).get(str(name))
+        )
         for name, (container, kind, level) in zip(known.index, known.to_numpy(), strict=True)
         if name in features
     ]

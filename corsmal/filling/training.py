@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -59,7 +60,7 @@ def train_filling(
     validation = () if training.keep == "last" or validation is None else validation
     channels, _, features = _check(samples, validation)
     training = training.fitted_to(channels=channels, features=features)
-    _claim(folder, training, seed, (samples, validation))
+    claim(folder, training, seed, (samples, validation))
     path, count = folder / "filling.safetensors", len(training.networks)
     if path.exists():
         read_filling(path)
@@ -134,8 +135,8 @@ def _check(samples: Sequence[FillingSample], validation: Sequence[FillingSample]
     return first
 
 
-def _claim(folder: Path, training: FillingTraining, seed: int, parts: Sequence[Sequence[FillingSample]]) -> None:
-    """Write down what the folder's run is of, or check that it is this one."""
+def claim(folder: Path, training: Any, seed: int, parts: Sequence[Sequence[FillingSample]]) -> None:
+    """Write down what the folder's run is of, or check that it is this one; ``training`` are its settings."""
     content = [
         [(sample.recording_id, sample.filling_type, sample.filling_level, sample.features) for sample in part]
         for part in parts

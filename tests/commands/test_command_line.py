@@ -15,10 +15,10 @@ from corsmal import commands
 from corsmal.dataset import open_dataset
 from corsmal.engines import local
 from corsmal.engines.tasks import open_detector
-from corsmal.errors import CorsmalError
+from corsmal.errors import ArgumentError, CorsmalError, FileError
 from corsmal.estimation import estimate
 from corsmal.evaluation import cell_table, error_table, read_estimates, typeset_table_2
-from corsmal.filling import FillingPredictor, FillingTraining
+from corsmal.filling import FillingPredictor, FillingTraining, FusedPredictor, FusedTraining
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import load_detections
 from corsmal.stages.settings import DetectorSettings
@@ -282,6 +282,50 @@ def test_filling_is_trained_to_a_file_that_predicts(listened, monkeypatch):
     assert result.exit_code == 0, result.output
     path = Path(result.output.split("Weights: ")[1].strip())
     assert FillingPredictor(path).predict(np.zeros((1, 3, 128), np.float32)).ok
+
+
+@pytest.fixture
+def listened_and_watched(listened, tmp_path, monkeypatch):
+    """The same with arrays of the three views as well; networks are small and train for one epoch."""
+    (tmp_path / "watched").mkdir()
+    for index in range(12):
+        array = np.random.default_rng(index).normal(size=(3, 4, 512)).astype(np.float16)
+        np.save(tmp_path / "watched" / f"{index:06d}.npy", array)
+    whole = FusedTraining()
+    own = {
+        sense: replace(whole.of(sense), networks=(replace(whole.of(sense).networks[0], hidden=2),), epochs=1)
+        for sense in ("sound", "sight")
+    }
+    monkeypatch.setattr("corsmal.filling.FusedTraining", lambda: replace(whole, **own))
+    return [*listened, "--features", str(tmp_path / "watched"), "--preset", "fused"]
+
+
+def test_fused_network_is_trained_to_a_file_that_predicts_from_either_sense(listened_and_watched):
+    result = RUNNER.invoke(cli.app, ["train", "filling", *listened_and_watched])
+    assert result.exit_code == 0, result.output
+    predictor = FusedPredictor(Path(result.output.split("Weights: ")[1].strip()))
+    heard, watched = np.zeros((1, 3, 128), np.float32), np.ones((3, 4, 512), np.float32)
+    assert predictor.predict(heard).ok
+    assert predictor.predict(None, sight=watched).ok
+    assert predictor.predict(heard, sight=watched).ok
+    assert len(predictor.trained_on.recordings) == 12
+
+
+def test_fused_network_is_cross_validated_with_either_sense_missing(listened_and_watched):
+    result = RUNNER.invoke(cli.app, ["evaluate", "filling", *listened_and_watched, "--folds", "containers"])
+    assert result.exit_code == 0, result.output
+    for part in ("sound only", "sight only", "both noisy", "not calibrated", "calibration_error"):
+        assert part in result.output
+
+
+def test_fused_network_needs_both_senses_and_one_folder_of_each(listened, listened_and_watched):
+    root, run, *features = listened_and_watched
+    with pytest.raises(ArgumentError, match="sound and of sight"):
+        RUNNER.invoke(cli.app, ["train", "filling", *listened, "--preset", "fused"], catch_exceptions=False)
+    with pytest.raises(FileError, match="holds features of sound, as does"):
+        RUNNER.invoke(cli.app, ["train", "filling", root, run, *features[:2], *features], catch_exceptions=False)
+    refused = RUNNER.invoke(cli.app, ["train", "filling", *listened_and_watched, "--retrain"])
+    assert refused.exit_code == 2
 
 
 def test_doctor_finds_nothing_wrong_with_what_is_whole(tmp_path):

@@ -1,0 +1,92 @@
+"""The fused filling network in one file: networks of sound, networks of sight, and the gate between them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from torch import Tensor, nn
+
+from corsmal.errors import ArgumentError
+from corsmal.filling.config import MODELS_MAX, AnyConfig, check_together
+from corsmal.filling.fusion import Answer, FusionGate, Sense
+from corsmal.filling.network import build_model, config_of, mean_logits
+from corsmal.weights import read_network, save_network
+
+
+@dataclass(frozen=True)
+class FusedConfig:
+    """Sizes of the networks of both senses.
+
+    Args:
+        sound: a config per network of sound.
+        sight: a config per network of sight; together at most ``MODELS_MAX``.
+
+    Raises:
+        ArgumentError: there are too many, or those of one sense do not belong together.
+    """
+
+    sound: tuple[AnyConfig, ...]
+    sight: tuple[AnyConfig, ...]
+
+    def __post_init__(self) -> None:
+        for configs in (self.sound, self.sight):
+            check_together(configs)
+        if len(self.sound) + len(self.sight) > MODELS_MAX:
+            raise ArgumentError(f"sound and sight must have at most {MODELS_MAX} networks together, got {self}")
+
+
+class FusedModel(nn.Module):
+    """Networks of sound and of sight, the probabilities of each sense averaged, and the gate.
+
+    Args:
+        config: their sizes.
+    """
+
+    def __init__(self, config: FusedConfig) -> None:
+        super().__init__()
+        self.config = config
+        self.sound = nn.ModuleList(map(build_model, config.sound))
+        self.sight = nn.ModuleList(map(build_model, config.sight))
+        self.gate = FusionGate()
+
+    def forward(self, sound: Tensor | None, sight: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
+        """Logits of type and level and the shares of sight, see ``FusionGate.forward``.
+
+        Args:
+            sound: (B, C, T, features) of sound; None: it is missing.
+            sight: (B, views, T, features) of sight; None: it is missing.
+        """
+        types, levels, shares = self.gate(
+            None if sound is None else self.answer("sound", sound),
+            None if sight is None else self.answer("sight", sight),
+        )
+        return types, levels, shares
+
+    def answer(self, sense: Sense, features: Tensor) -> Answer:
+        """What the networks of one sense say about features as in ``forward``."""
+        types, levels = zip(*(model(features) for model in getattr(self, sense)), strict=True)
+        return mean_logits(types).log_softmax(dim=1), mean_logits(levels).log_softmax(dim=1)
+
+
+def save_fused(path: Path, model: FusedModel, *, training: Mapping[str, Any] | None = None) -> None:
+    """Write the networks and the gate in one file, with their config and what they were trained on.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    save_network(path, model, kind="filling", config={"fused": asdict(model.config)}, training=training)
+
+
+def read_fused(path: Path) -> FusedModel:
+    """The model of a file that ``save_fused`` wrote, ready to predict.
+
+    Raises:
+        FileError: the file is absent, broken, holds something else, or holds weights that are not finite.
+    """
+
+    def build(content: Mapping[str, Mapping[str, Sequence[dict[str, Any]]]]) -> FusedModel:
+        sizes = content["fused"]
+        return FusedModel(FusedConfig(*(tuple(map(config_of, sizes[sense])) for sense in ("sound", "sight"))))
+
+    return read_network(path, "filling", build)

@@ -1,0 +1,123 @@
+"""Filling type and level of a recording from its sound, its views, or both."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from corsmal.dataset import TrainedOn
+from corsmal.errors import ArgumentError
+from corsmal.filling.fused import FusedConfig, read_fused
+from corsmal.filling.fusion import Answer, Sense
+from corsmal.filling.records import FillingPrediction
+from corsmal.filling.samples import FillingSample
+from corsmal.weights import choose_device, network_digest, read_training
+
+
+@dataclass(frozen=True, eq=False)
+class FusedPrediction(FillingPrediction):
+    """A prediction from both senses, with what each of them says.
+
+    Args:
+        sound: what sound alone says; None: it is missing.
+        sight: what sight alone says; None: it is missing.
+        sight_shares: of sight in the type and in the level, 0..1; 0 or 1 where a sense is missing.
+    """
+
+    sound: FillingPrediction | None = None
+    sight: FillingPrediction | None = None
+    sight_shares: tuple[float, float] | None = None
+
+
+class FusedPredictor:
+    """The networks of both senses with their gate.
+
+    Args:
+        weights: safetensors written by ``save_fused``.
+        device: such as ``cuda:0``; default: the CPU.
+
+    Raises:
+        FileError: the file is absent, broken, or of something else.
+        ArgumentError: there is no such device.
+
+    Example:
+        >>> predictor = FusedPredictor(Path("filling.safetensors"))  # doctest: +SKIP
+        >>> prediction = predictor.predict(sound, sight=sight)  # (C, T, 128), (3, T, 512)  # doctest: +SKIP
+        >>> prediction.filling_level, prediction.sight_shares  # doctest: +SKIP
+    """
+
+    def __init__(self, weights: Path, *, device: str | None = None) -> None:
+        self._device = choose_device(device)
+        self._model = read_fused(weights).to(self._device)
+        self.name = f"fused filling network, weights {weights.name}"
+        self.digest = network_digest("filling", weights)
+        self.trained_on = TrainedOn.from_json(read_training(weights, "filling"))
+
+    @property
+    def config(self) -> FusedConfig:
+        """The sizes of both senses' networks."""
+        return self._model.config
+
+    @torch.inference_mode()
+    def predict(
+        self,
+        features: NDArray[np.floating] | None,
+        *,
+        sight: NDArray[np.floating] | None = None,
+        steps_s: float | None = None,
+        calibrated: bool = True,
+    ) -> FusedPrediction:
+        """What one recording holds.
+
+        Args:
+            features: (C, T, features) of its sound, such as the weights were trained on; None: it is missing.
+            sight: (views, T, features) of its videos, a missing view zero everywhere; None: they are missing.
+            steps_s: seconds from one row of the sound to the next, kept in the record.
+            calibrated: whether the temperatures are used.
+
+        Raises:
+            ArgumentError: both are missing, or one has another shape, is empty or not finite.
+        """
+        given = {"sound": self._checked("sound", features), "sight": self._checked("sight", sight)}
+        heard = None if given["sound"] is None else self._model.answer("sound", given["sound"])
+        seen = None if given["sight"] is None else self._model.answer("sight", given["sight"])
+        types, levels, shares = self._model.gate(heard, seen, calibrated=calibrated)
+        return FusedPrediction(
+            _numbers(types),
+            _numbers(levels),
+            steps_s=steps_s,
+            decoding="feasible",
+            sound=self._alone(heard, None),
+            sight=self._alone(None, seen),
+            sight_shares=(float(shares[0, 0]), float(shares[0, 1])),
+        )
+
+    def predict_sample(self, sample: FillingSample) -> FusedPrediction:
+        """What a recording of a training set holds, whose truth is not used."""
+        return self.predict(sample.features, sight=sample.sight)
+
+    def _alone(self, sound: Answer | None, sight: Answer | None) -> FillingPrediction | None:
+        if sound is None and sight is None:
+            return None
+        types, levels, _ = self._model.gate(sound, sight)
+        return FillingPrediction(_numbers(types), _numbers(levels), decoding="feasible")
+
+    def _checked(self, sense: Sense, array: NDArray[np.floating] | None) -> Tensor | None:
+        """(1, C, T, features) on the device."""
+        if array is None:
+            return None
+        own = getattr(self.config, sense)[0]
+        name = "features" if sense == "sound" else "sight"
+        if array.ndim != 3 or (array.shape[0], array.shape[2]) != (own.channels, own.features) or not array.shape[1]:
+            wanted = f"({own.channels}, T, {own.features}) with T at least 1"
+            raise ArgumentError(f"{name} must be {wanted} for these weights, got {array.shape}")
+        if not np.isfinite(array).all():
+            raise ArgumentError(f"{name} must be finite, got NaN or infinity")
+        return torch.tensor(array, dtype=torch.float32, device=self._device)[None]
+
+
+def _numbers(logits: Tensor) -> NDArray[np.float64]:
+    return logits[0].cpu().double().numpy()

@@ -1,0 +1,130 @@
+"""When to trust which sense: a gate between what networks of sound and of sight say, and calibrated probabilities.
+
+Both senses give probabilities of type and level. Their logarithms are mixed: the gate gives sight a share in the type
+and one in the level, which follow from what both senses say and how sure they are. Temperatures, of each head with both
+senses or with one of them only, make the probabilities mean what they say. Gate and temperatures are learned from
+recordings of containers that the networks had not seen, see ``train_fused``.
+"""
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import Literal
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from corsmal.errors import ArgumentError
+from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
+
+Sense = Literal["sound", "sight"]
+SENSES: tuple[Sense, ...] = ("sound", "sight")
+
+CASES = (*SENSES, "both")
+"""What there is of a recording: each case has a temperature of its own."""
+
+PENALTY = 0.01
+"""On the squared weights of the gate: it learns from hundreds of recordings, of few containers."""
+
+Answer = tuple[Tensor, Tensor]
+"""Logarithms of one sense's probabilities: (B, 4) types and (B, 3) levels."""
+
+INPUTS = 2 * (len(TYPE_NAMES) + len(LEVEL_NAMES) + 2)
+"""Of the gate: the probabilities of both heads of both senses, and their entropies."""
+
+STEPS_MAX = 200
+
+
+class FusionGate(nn.Module):
+    """The shares of sight in type and level, and the temperatures.
+
+    Example:
+        >>> gate = FusionGate()
+        >>> sound = sight = (torch.rand(2, 4).log_softmax(dim=1), torch.rand(2, 3).log_softmax(dim=1))
+        >>> types, levels, shares = gate(sound, sight)
+        >>> types.shape, levels.shape, shares.shape
+        (torch.Size([2, 4]), torch.Size([2, 3]), torch.Size([2, 2]))
+    """
+
+    input_mean: Tensor
+    input_std: Tensor
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.register_buffer("input_mean", torch.zeros(INPUTS))
+        self.register_buffer("input_std", torch.ones(INPUTS))
+        self.shares = nn.Linear(INPUTS, 2)
+        self.log_temperatures = nn.Parameter(torch.zeros(len(CASES), 2))
+        nn.init.zeros_(self.shares.weight)
+        nn.init.zeros_(self.shares.bias)
+
+    def forward(
+        self, sound: Answer | None, sight: Answer | None, *, calibrated: bool = True
+    ) -> tuple[Tensor, Tensor, Tensor]:
+        """What is answered where there are both senses, or one of them; if not ``calibrated``, at temperatures of 1.
+
+        Returns:
+            (B, 4) and (B, 3) logits, and (B, 2) the shares of sight in them; 0 or 1 where a sense is missing.
+
+        Raises:
+            ArgumentError: both senses are missing.
+        """
+        if sound is not None and sight is not None:
+            case = "both"
+            shares = self.shares((_inputs(sound, sight) - self.input_mean) / self.input_std).sigmoid()
+            types, levels = (torch.lerp(sound[head], sight[head], shares[:, head, None]) for head in (0, 1))
+        elif (own := sound or sight) is not None:
+            case = "sight" if sound is None else "sound"
+            types, levels = own
+            shares = torch.full((len(types), 2), float(sound is None))
+        else:
+            raise ArgumentError("sound or sight must be given, got neither")
+        if not calibrated:
+            return types, levels, shares
+        temperatures = self.log_temperatures[CASES.index(case)].exp()
+        return types / temperatures[0], levels / temperatures[1], shares
+
+    def learn(self, sound: Answer, sight: Answer, *, types: Tensor, levels: Tensor) -> None:
+        """Fit shares and temperatures to recordings that the networks had not seen.
+
+        Args:
+            sound: what sound says about them.
+            sight: what sight says.
+            types: (B,) true types.
+            levels: (B,) true levels.
+        """
+        inputs = _inputs(sound, sight)
+        self.input_mean.copy_(inputs.mean(dim=0))
+        self.input_std.copy_(inputs.std(dim=0).clamp_min(1e-3))
+        given = ((sound, None), (None, sight), (sound, sight))
+
+        def loss(*, calibrated: bool) -> Tensor:
+            total = PENALTY * self.shares.weight.square().sum()
+            for senses in given if calibrated else given[-1:]:
+                found_types, found_levels, _ = self(*senses, calibrated=calibrated)
+                total = total + functional.cross_entropy(found_types, types)
+                total = total + functional.cross_entropy(found_levels, levels)
+            return total
+
+        # one after the other: a low temperature would make up for shares that hardly differ
+        _minimise(partial(loss, calibrated=False), self.shares.parameters())
+        _minimise(partial(loss, calibrated=True), [self.log_temperatures])
+
+
+def _minimise(loss: Callable[[], Tensor], parameters: Iterable[nn.Parameter]) -> None:
+    optimiser = torch.optim.LBFGS(parameters, max_iter=STEPS_MAX, line_search_fn="strong_wolfe")
+
+    def step() -> Tensor:
+        optimiser.zero_grad()
+        value = loss()
+        value.backward()
+        return value
+
+    optimiser.step(step)
+
+
+def _inputs(sound: Answer, sight: Answer) -> Tensor:
+    """(B, ``INPUTS``) probabilities and entropies."""
+    heads = [*sound, *sight]
+    entropies = [-(head.exp() * head).sum(dim=1, keepdim=True) for head in heads]
+    return torch.cat([*(head.exp() for head in heads), *entropies], dim=1)

@@ -1,0 +1,76 @@
+import pytest
+import torch
+
+from corsmal.errors import ArgumentError
+from corsmal.filling.fusion import FusionGate
+
+
+def says(classes, wanted, sure):
+    """(n, classes) logarithms: the wanted class has probability ``sure``, the others share the rest."""
+    shares = torch.full((len(wanted), classes), (1 - sure) / (classes - 1))
+    shares[torch.arange(len(wanted)), wanted] = sure
+    return shares.log()
+
+
+def made(count=120):
+    """Sound knows the type. Whose word on the level is right depends on the type only; both are equally sure of it."""
+    rng = torch.Generator().manual_seed(0)
+    types, levels = torch.randint(4, (count,), generator=rng), torch.randint(3, (count,), generator=rng)
+    right, wrong = says(3, levels, 0.8), says(3, (levels + 1) % 3, 0.8)
+    is_heard = types == 0
+    heard, seen = torch.where(is_heard[:, None], right, wrong), torch.where(is_heard[:, None], wrong, right)
+    return (says(4, types, 0.9), heard), (says(4, (types + 1) % 4, 0.6), seen), types, levels, is_heard
+
+
+def test_one_sense_is_passed_on():
+    sound, sight, *_ = made(6)
+    gate = FusionGate()
+    types, levels, shares = gate(sound, None)
+    assert torch.equal(types, sound[0])
+    assert torch.equal(levels, sound[1])
+    assert not shares.any()
+    types, _, shares = gate(None, sight)
+    assert torch.equal(types, sight[0])
+    assert (shares == 1).all()
+
+
+def test_untrained_gate_takes_the_mean_of_the_logarithms():
+    sound, sight, *_ = made(6)
+    types, levels, shares = FusionGate()(sound, sight)
+    assert torch.allclose(types, (sound[0] + sight[0]) / 2)
+    assert torch.allclose(levels, (sound[1] + sight[1]) / 2)
+    assert (shares == 0.5).all()
+
+
+def test_gate_learns_whom_to_trust_when():
+    sound, sight, types, levels, is_heard = made()
+    gate = FusionGate()
+    gate.learn(sound, sight, types=types, levels=levels)
+    with torch.no_grad():
+        found_types, found_levels, shares = gate(sound, sight)
+    assert torch.equal(found_types.argmax(dim=1), types)
+    assert torch.equal(found_levels.argmax(dim=1), levels)
+    assert shares[is_heard, 1].max() < 0.4
+    assert shares[~is_heard, 1].min() > 0.6
+    assert shares[:, 0].max() < 0.5
+
+
+def test_temperature_makes_probabilities_true():
+    # sight alone says 0.8 and is right in 3 of 4
+    levels = torch.tensor([0, 1, 2, 0] * 25)
+    said = torch.tensor([0, 1, 2, 1] * 25)
+    types = torch.arange(100) % 4
+    sure = (says(4, types, 0.9), says(3, said, 0.95))
+    gate = FusionGate()
+    gate.learn(sure, sure, types=types, levels=levels)
+    with torch.no_grad():
+        shares = gate(None, sure)[1].softmax(dim=1)
+    assert shares.max(dim=1).values.mean() == pytest.approx(0.75, abs=0.01)
+    with torch.no_grad():
+        plain = gate(None, sure, calibrated=False)[1].softmax(dim=1)
+    assert plain.max(dim=1).values.mean() == pytest.approx(0.95, abs=1e-4)
+
+
+def test_nothing_at_all_is_refused():
+    with pytest.raises(ArgumentError, match="neither"):
+        FusionGate()(None, None)
