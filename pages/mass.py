@@ -18,8 +18,8 @@ found, shape = shape_estimate(opened), session.choice().estimated_shape
 with controls, st.container(horizontal=True, vertical_alignment="bottom"):
     with st.container(width="content"):
         estimate_control()
-    with st.container(width="content"):
-        best = mass.best_for_mass(found, pair_control(opened, found, shape))
+    with st.container(width=125):
+        best = mass.best_for_mass(found, pair_control(opened, found, shape, is_narrow=True))
     with st.container(width="content"):
         axis = mass_network.axis_control(network)
 

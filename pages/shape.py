@@ -31,8 +31,8 @@ with controls, st.container(horizontal=True, vertical_alignment="bottom"):
         preset_control()
     with st.container(width=110):
         compared = compared_preset()
-    with st.container(width="content"):
-        best = pair_control(opened, found, estimated)
+    with st.container(width=125):
+        best = pair_control(opened, found, estimated, is_narrow=True)
 
 
 def fit_panel(opened: OpenedRecording) -> None:

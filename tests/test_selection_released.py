@@ -241,10 +241,10 @@ def test_each_rule_says_what_it_thinks_of_a_frame():
     assert first["one frame per 1 s"].passed
     assert not between["one frame per 1 s"].passed
     assert between["one frame per 1 s"].of_pair == "does not count; nearest: 30"
-    assert first["container"].of_views == ("no. 1, score 0.90, 0.45 by its place",) * 2
+    assert first["container"].of_views == ("no. 1, score 0.90 → 0.45",) * 2
     assert between["container"].of_views == ("none", "none")
-    assert first["object in the middle thirds"].of_views == ("none of no. 1", "no. 1")
-    assert not first["object in the middle thirds"].passed
+    assert first["object in the middle"].of_views == ("none of no. 1", "no. 1")
+    assert not first["object in the middle"].passed
     assert best["container"].of_views[1] == "no. 2, score 0.80"
     assert best["score of the pair"].passed
     assert "the best frame" in best["score of the pair"].of_pair

@@ -58,7 +58,7 @@ def compare(
         show(f"From the paper to the program, one rule after the other: {title} in %", wide.reindex(steps))
     switched = {rule: tables[f"{ALONE}{rule}"] for rule in RULES}
     effects = rule_effects(tables["paper"], switched, dataset.table, rng=np.random.default_rng(0))
-    changes = effects.assign(change=-effects["gone"]).pivot_table(
+    changes = effects.assign(change=effects["after"] - effects["before"]).pivot_table(
         index="rule", columns="metric", values="change", sort=False
     )
     show("The paper with one rule of the program: change of the MAPE in points", pd.DataFrame(changes))

@@ -84,7 +84,7 @@ def rule_effects(
 
 
 def height_sentence(table: pd.DataFrame, *, height_rule: str) -> str:
-    """Whether the published error of the height is that of the authors' height rule.
+    """How far the authors' height rule explains the published error of the height.
 
     Args:
         table: from ``side_by_side``, with the conditions ``paper``, ``released`` and ``height_rule``.
@@ -99,9 +99,9 @@ def height_sentence(table: pd.DataFrame, *, height_rule: str) -> str:
         f"signed error {signed['paper']:+.1f} %), with only the height rule of `released` {errors[height_rule]:.1f} % "
         f"({signed[height_rule]:+.1f} %), and `released` {errors['released']:.1f} % ({signed['released']:+.1f} %). "
     )
-    is_nearer = abs(errors[height_rule] - published) < abs(errors["paper"] - published)
-    verdict = "brings the error nearer to" if is_nearer else "takes the error further from"
-    return (text + f"The height rule {verdict} the published one.").replace("-", "−")
+    by_rule, by_all = errors[height_rule] - errors["paper"], errors["released"] - errors["paper"]
+    text += f"Between `paper` and `released` lie {by_all:+.1f} points; the height rule by itself makes {by_rule:+.1f}."
+    return text.replace("-", "−")
 
 
 def _row(row: Mapping[Any, Any], quantity: str, condition: str) -> dict[str, Any]:

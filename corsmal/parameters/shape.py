@@ -140,7 +140,7 @@ class ShapeParameters:
         """The fields that change nothing with this method; a profile is smoothed only where its ends are looked for."""
         if self.method == "outlines":
             radii = {"points", "radii", "radius_max_mm", "radius_min_mm", "angle_rule", "pixel_rule"}
-            return frozenset({*radii, "max_difference_mm", "fit_rule", "height_range"})
+            return frozenset({*radii, "max_difference_mm", "fit_rule", "height_range", "height_rule"})
         smoothed = self.width_rule in ("ends", "steps")
         return frozenset({"tilt_deg", "boxes"} | (set() if smoothed else {"max_difference_mm", "height_rule"}))
 

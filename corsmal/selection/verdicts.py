@@ -48,14 +48,14 @@ def frame_verdicts(
     inspected = Verdict(
         "inspected by a detector",
         all(each is not None for each in found),
-        of_views=tuple("no" if each is None else f"{len(each)} detections" for each in found),
+        of_views=tuple("no" if each is None else f"detections: {len(each)}" for each in found),
     )
     seen = [each for each in found if each is not None]
     if len(seen) < len(found):
         return (*sampled, inspected)
     evidence = [view_evidence(each, centre_rule=best.centre_rule, parameters=parameters) for each in seen]
     containers = Verdict(
-        f"container (centre rule: {best.centre_rule})",
+        f"container (centre rule: {best.centre_rule}{'; score → by its place' if parameters.place_weights else ''})",
         all(each.pixels is not None for each in evidence),
         of_views=tuple(map(_container_text, seen, evidence)),
     )
@@ -63,7 +63,7 @@ def frame_verdicts(
     if parameters.object_score_min is not None:
         rules.append(
             Verdict(
-                f"object in the middle thirds, among the {parameters.detections_max} highest scores of any class",
+                f"object in the middle (any class, {parameters.detections_max} highest scores)",
                 all(each.central is not None for each in evidence),
                 of_views=tuple(map(_central_text, evidence)),
             )
@@ -99,7 +99,7 @@ def _container_text(detections: Detections, evidence: ViewEvidence) -> str:
     if container is None:
         return "none"
     score, weighted = detections.scores[container], evidence.filtered.scores[container]
-    weight = "" if score == weighted else f", {weighted:.2f} by its place"
+    weight = "" if score == weighted else f" → {weighted:.2f}"
     return f"no. {container + 1}, score {score:.2f}{weight}"
 
 

@@ -99,7 +99,7 @@ def rules_table(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
         pd.DataFrame(rows),
         hide_index=True,
         height="content",
-        column_config={"rule": st.column_config.TextColumn(width="large")},
+        column_config={name: st.column_config.TextColumn(width="medium") for name in (*best.pair, "frame")},
     )
 
 

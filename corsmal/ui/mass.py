@@ -64,7 +64,7 @@ def estimate_in_frame(
 def best_for_mass(found: Estimate, best: BestFrame) -> BestFrame:
     """The best frame of a pair, of the estimate's own pair the one whose mask the mass is predicted from."""
     is_own = found.mass_frame is not None and found.best_frame is not None and found.best_frame.pair == best.pair
-    return replace(best, frame=found.mass_frame) if is_own else best
+    return replace(best, frame=found.mass_frame, reason="") if is_own else best
 
 
 def network_inputs(opened: OpenedRecording, found: Estimate) -> tuple[Mask, Numbers] | None:

@@ -1,6 +1,7 @@
 """The pair of views that pages are about."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import streamlit as st
 from streamlit.runtime.scriptrunner import get_script_run_ctx
@@ -12,13 +13,16 @@ from corsmal.ui import session
 from corsmal.ui.opened import OpenedRecording
 
 
-def pair_control(opened: OpenedRecording, found: Estimate, shape: ShapeParameters) -> BestFrame:
+def pair_control(
+    opened: OpenedRecording, found: Estimate, shape: ShapeParameters, *, is_narrow: bool = False
+) -> BestFrame:
     """Choose the pair of views; at first the one that the estimate takes.
 
     Args:
         opened: the recording.
         found: an estimate over the recording.
         shape: its parameters.
+        is_narrow: whether the control is a list that opens, for pages with many controls.
 
     Returns:
         The best frame of the pair: where the estimate took the pair, the frame that it took.
@@ -29,17 +33,19 @@ def pair_control(opened: OpenedRecording, found: Estimate, shape: ShapeParameter
         selections[found.best_frame.pair] = found.best_frame
     pair = _among(pairs, session.choice().pair or (pairs[0] if found.best_frame is None else found.best_frame.pair))
     key = _key_showing("pair", pair)
-    st.segmented_control(
-        "Pair of views",
-        pairs,
-        key=key,
-        required=True,
-        format_func=lambda pair: f"{pair[0]} + {pair[1]}" + ("" if selections[pair].ok else " (none)"),
-        on_change=_take_over,
-        args=("pair", key),
-        help=f"The estimate tries {', then '.join(map(' + '.join, shape.pairs))}. (none): no frame in which both views "
-        "show a container.",
+    follow: dict[str, Any] = {"key": key, "on_change": _take_over, "args": ("pair", key)}
+    follow["help"] = (
+        f"The estimate tries {', then '.join(map(' + '.join, shape.pairs))}. (none): no frame in which both views show "
+        "a container."
     )
+    none = {pair: "" if selections[pair].ok else " (none)" for pair in pairs}
+    if is_narrow:
+        st.selectbox(
+            "Pair of views", pairs, format_func=lambda pair: f"{pair[0]} + {pair[1][-1]}{none[pair]}", **follow
+        )
+    else:
+        names = {pair: f"{pair[0]} + {pair[1]}{none[pair]}" for pair in pairs}
+        st.segmented_control("Pair of views", pairs, required=True, format_func=names.__getitem__, **follow)
     return selections[_among(pairs, session.choice().pair or pair)]
 
 

@@ -113,7 +113,7 @@ def test_rules_of_the_released_program_are_chosen_and_explained(visitor: Visitor
     assert "Best frame of view1 + view2" in visitor.metrics
     table = rules_of(visitor).set_index("rule")
     assert table.loc["one frame per 1 s, and the last", "verdict"] == "✓ passed"
-    assert "by its place" in table.loc["container (centre rule: middle half)", "view1"]
+    assert "→" in table.loc["container (centre rule: middle half; score → by its place)", "view1"]
     best = visitor.frame
     visitor.go_to(1 if best != 1 else 2)
     assert "does not count" in rules_of(visitor).set_index("rule").loc["one frame per 1 s, and the last", "frame"]

@@ -44,7 +44,7 @@ def test_guests_see_every_page_and_change_nothing(page: str) -> None:
             visitor.choose("section_control", section)
             assert visitor.crashes == visitor.errors == []
             assert [label for label in visitor.buttons if label.startswith(ACTS)] == []
-        for view in ("reproduction", "runs"):
+        for view in ("reproduction", "rules", "runs"):
             visitor.choose("evaluation_view", view)
             assert visitor.crashes == visitor.errors == []
             assert [label for label in visitor.buttons if label.startswith(ACTS)] == []

@@ -234,6 +234,31 @@ def test_unknown_preset_and_format_are_refused(tiny_dataset_root, networks, tmp_
         RUNNER.invoke(cli.app, [*command, "--out", str(tmp_path / "estimates.txt")], catch_exceptions=False)
 
 
+def test_released_estimates_have_their_own_pairs_and_selection(tiny_dataset_root, networks, tmp_path):
+    out = tmp_path / "written.csv"
+    command = ["estimate", str(tiny_dataset_root), "000000", "--preset", "released", "--out", str(out)]
+    command += ["--workers", "1", *map(str, networks)]
+    assert RUNNER.invoke(cli.app, command).exit_code == 0
+    assert read_estimates(out)["pair"].tolist() == ["view1 + view2"]
+    pairs = ["--pairs", "view2-view3,view1-view2", "--selection", "paper"]
+    assert RUNNER.invoke(cli.app, [*command, *pairs]).exit_code == 0
+    assert read_estimates(out)["pair"].tolist() == ["view2 + view3"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--pairs", "view1-view9"], "pairs must each be two of view1, view2, view3, got 'view1-view9'"),
+        (["--pairs", "view1-view2,view2-view1"], "pairs must differ"),
+        (["--selection", "best"], "available presets: paper, released"),
+    ],
+)
+def test_unknown_pairs_and_selections_are_refused(tiny_dataset_root, options, said):
+    result = RUNNER.invoke(cli.app, ["estimate", str(tiny_dataset_root), *options])
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.replace("│", " ").split())
+
+
 def test_a_wall_is_learnt_and_estimated_with(tiny_dataset_root, networks, tmp_path):
     learnt = RUNNER.invoke(cli.app, ["train", "wall", str(tiny_dataset_root)])
     assert learnt.exit_code == 0, learnt.output

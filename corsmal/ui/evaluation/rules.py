@@ -41,7 +41,7 @@ def rules_section(dataset: Dataset) -> None:
         return
     tables = {name: estimates_table(found) for name, found in rows.items()}
     table = side_by_side(tables, dataset.table)
-    st.markdown(height_sentence(table, height_rule=f"{ALONE}height rule"))
+    st.info(height_sentence(table, height_rule=f"{ALONE}height rule"), icon=":material/height:")
     _containers(table)
     switched = {rule: tables[f"{ALONE}{rule}"] for rule in RULES}
     effects = rule_effects(tables["paper"], switched, dataset.table, rng=np.random.default_rng(0))
@@ -62,6 +62,7 @@ def _containers(table: pd.DataFrame) -> None:
     st.dataframe(
         wide.style.format(precision=1, na_rep="–").format("{:.0f}", subset=["recordings"]),
         key="rules_containers",
+        placeholder="–",
         height="content",
     )
     st.caption(
