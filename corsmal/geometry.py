@@ -117,9 +117,12 @@ def triangulate(cameras: Sequence[Camera], points_px: ArrayLike, *, has_unit_row
 
 
 def parallax_deg(cameras: Sequence[Camera], point_m: Floats) -> float:
-    """The largest angle, in degrees, between two of the cameras' rays to a world point."""
+    """The largest angle, in degrees, between two of the cameras' rays to a world point; 0 where one is at the point."""
     rays = np.array([point_m - camera.centre_m for camera in cameras])
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    lengths = np.linalg.norm(rays, axis=1, keepdims=True)
+    if not lengths.all():
+        return 0.0
+    rays /= lengths
     return float(np.degrees(np.arccos(np.clip((rays @ rays.T).min(), -1, 1))))
 
 

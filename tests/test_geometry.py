@@ -48,6 +48,7 @@ def test_parallax_is_the_angle_between_the_rays():
     cameras = [Camera(INTRINSIC, np.eye(3), -np.array(centre), (1280, 720)) for centre in ([1.0, 0, 0], [0, 1.0, 0])]
     assert parallax_deg(cameras, np.zeros(3)) == pytest.approx(90)
     assert parallax_deg([cameras[0], cameras[0]], np.zeros(3)) == pytest.approx(0, abs=1e-5)
+    assert parallax_deg(cameras, cameras[0].centre_m) == 0
 
 
 def test_a_scaled_camera_sees_the_same_point_at_the_scaled_pixel():

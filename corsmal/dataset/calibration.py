@@ -23,6 +23,10 @@ METRES_MAX, CENTIMETRES_MAX, MILLIMETRES_MAX = 10.0, 300.0, 20_000.0
 """The largest distance of a camera from the world's origin, as its file gives it, that is taken for metres, for
 centimetres and for millimetres. The dataset's cameras are half a metre to a metre from it."""
 
+CHECKED_POINTS_M = np.array([[0, 0, 0, 1], [0.1, 0, 0, 1], [0, 0.1, 0, 1], [0, 0, 0.1, 1]])
+CONTRADICTION_PX = 10.0
+"""Points of the table that both descriptions of a camera must show alike, and how nearly."""
+
 NUMBERS_MAX = 16
 DEPTH_MAX = 3
 """Of nested lists of numbers: a matrix has 9 numbers and is two deep."""
@@ -52,8 +56,8 @@ def read_calibration(path: str | Path) -> Calibration:
     """Read the colour camera from a calibration file.
 
     The file is a list or tuple whose item 0 maps ``rgb`` to a (3, 3) intrinsic matrix and whose item 1 maps ``rgb`` to
-    ``rvec``, a (3, 3) rotation *matrix*, and ``tvec``, (3,) or (3, 1) metres. The redundant ``projMatrix`` is not used.
-    A ``tvec`` that puts the camera too far away for metres is taken for centimetres or millimetres.
+    ``rvec``, a (3, 3) rotation *matrix*, and ``tvec``, (3,) or (3, 1) metres. A ``tvec`` that puts the camera too far
+    away for metres is taken for centimetres or millimetres. The redundant ``projMatrix``, (3, 4), is only compared.
 
     Args:
         path: a pickle, as Python 2 or 3 and NumPy 1 or 2 write it; the line ends of a text pickle may have changed.
@@ -85,7 +89,8 @@ def read_calibration(path: str | Path) -> Calibration:
         raise FileError(
             path, f"is no usable calibration: {error} ('rvec' is the rotation, 'tvec' the translation)"
         ) from error
-    return _in_metres(camera, notes)
+    found = _in_metres(camera, notes)
+    return replace(found, notes=(*found.notes, *_contradiction(found.camera, extrinsic)))
 
 
 def _in_metres(camera: Camera, notes: tuple[str, ...]) -> Calibration:
@@ -100,6 +105,21 @@ def _in_metres(camera: Camera, notes: tuple[str, ...]) -> Calibration:
     )
     scaled = replace(camera, translation=camera.translation / per_metre)
     return Calibration(scaled, (*notes, Note(sentence, flag="unit-assumed")))
+
+
+def _contradiction(camera: Camera, extrinsic: Any) -> tuple[Note, ...]:
+    """A sentence where ``projMatrix`` shows points about the world's origin elsewhere than the camera does."""
+    try:
+        with np.errstate(all="raise", under="ignore"):
+            x, y, scale = _numbers(extrinsic["projMatrix"]) @ CHECKED_POINTS_M.T
+            pixels = np.column_stack([x / scale, y / scale])
+    except (LookupError, TypeError, ValueError, OverflowError, FloatingPointError):
+        return ()
+    away_px = float(np.abs(pixels - camera.project(CHECKED_POINTS_M[:, :3])).max())
+    if not away_px > CONTRADICTION_PX:  # what cannot be compared contradicts nothing
+        return ()
+    sentence = f"'projMatrix' contradicts 'rvec' and 'tvec', which were used: points lie {away_px:.0f} pixels elsewhere"
+    return (Note(sentence, flag="implausible"),)
 
 
 def _load(path: Path) -> tuple[Any, tuple[str, ...]]:

@@ -98,3 +98,29 @@ def test_silent_length_zero_and_infinite_samples_are_errors(tmp_path: Path) -> N
 def test_absent_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"a\.wav: there is no such sound file"):
         read_audio(tmp_path / "a.wav")
+
+
+@pytest.mark.parametrize(
+    ("form", "subtype", "endian", "digits"),
+    [
+        ("WAV", "PCM_24", "FILE", 6),
+        ("WAV", "PCM_32", "FILE", 7),
+        ("WAV", "PCM_U8", "FILE", 2),
+        ("WAV", "DOUBLE", "FILE", 7),
+        ("WAV", "PCM_16", "BIG", 4),
+        ("WAVEX", "PCM_16", "FILE", 4),
+        ("RF64", "PCM_16", "FILE", 4),
+        ("W64", "PCM_16", "FILE", 4),
+        ("AIFF", "PCM_16", "FILE", 4),
+        ("FLAC", "PCM_16", "FILE", 4),
+    ],
+)
+def test_other_forms_of_a_file_named_wav_hold_the_same_samples(
+    tmp_path: Path, form: str, subtype: str, endian: str, digits: int
+) -> None:
+    samples = np.random.default_rng(0).uniform(-0.5, 0.5, (500, 8))
+    path = tmp_path / "a.WAV"
+    soundfile.write(path, samples, 48_000, format=form, subtype=subtype, endian=endian)
+    found = read_audio(path)
+    assert (found.sample_rate_hz, found.notes) == (48_000, ())
+    np.testing.assert_allclose(found.samples.T, samples, atol=10.0**-digits)

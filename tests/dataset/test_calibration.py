@@ -73,6 +73,41 @@ def test_other_ways_to_write_the_same_numbers(tmp_path: Path, change: dict[str, 
     _assert_is_camera(_write(tmp_path / "c.pickle", _content(**change)))
 
 
+def _with_projection(matrix: object, **replaced: object) -> list[Any]:
+    content = _content(**replaced)
+    content[1]["rgb"]["projMatrix"] = matrix
+    return content
+
+
+def test_a_projection_matrix_that_contradicts_is_noted_and_not_used(tmp_path: Path) -> None:
+    feet = _with_projection(CAMERA.projection, tvec=CAMERA.translation * 3.28)
+    found = read_calibration(_write(tmp_path / "feet.pickle", feet))
+    np.testing.assert_allclose(found.camera.translation, CAMERA.translation * 3.28)
+    [note] = found.notes
+    assert note.startswith("'projMatrix' contradicts 'rvec' and 'tvec', which were used: points lie ")
+    assert flags_of(found.notes) == ("implausible",)
+    mm = _with_projection(CAMERA.projection, tvec=CAMERA.translation * 1000)
+    assert flags_of(read_calibration(_write(tmp_path / "mm.pickle", mm)).notes) == ("unit-assumed",)
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        CAMERA.projection,
+        CAMERA.projection * -7.5,
+        None,
+        "P",
+        np.zeros((3, 4)),
+        np.full((3, 4), np.nan),
+        np.eye(3),
+        [1e308] * 12,
+    ],
+    ids=range(8),
+)
+def test_a_projection_matrix_that_agrees_or_is_none_says_nothing(tmp_path: Path, matrix: object) -> None:
+    assert read_calibration(_write(tmp_path / "c.pickle", _with_projection(matrix))).notes == ()
+
+
 def test_ordered_dictionaries_are_read(tmp_path: Path) -> None:
     intrinsics, extrinsics = _content()
     _assert_is_camera(_write(tmp_path / "c.pickle", [OrderedDict(intrinsics), OrderedDict(extrinsics)]))
@@ -258,6 +293,18 @@ def test_translation_in_another_unit_is_taken_for_what_it_is(tmp_path: Path, fac
     [note] = found.notes
     assert f"was taken for {unit}, which puts the camera 1." in note
     assert flags_of(found.notes) == ("unit-assumed",)
+
+
+@pytest.mark.parametrize("ends", [b"\r\n", b"\r"])
+@pytest.mark.parametrize(("factor", "unit"), [(100, "cm"), (1000, "mm")])
+def test_another_unit_and_other_line_ends_together_are_both_noted(
+    tmp_path: Path, factor: float, unit: str, ends: bytes
+) -> None:
+    content = pickle.dumps(_scaled_translation(factor), protocol=0)
+    (tmp_path / "c.pickle").write_bytes(content.replace(b"\n", ends))
+    found = read_calibration(tmp_path / "c.pickle")
+    np.testing.assert_allclose(found.camera.translation, CAMERA.translation)
+    assert [part in note for part, note in zip(("line ends", unit), found.notes, strict=True)] == [True, True]
 
 
 @pytest.mark.parametrize("factor", [1, 0.5, 4, 1e6, 1e200])

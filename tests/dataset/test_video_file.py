@@ -248,3 +248,59 @@ def test_behind_damage_in_an_avi_file_with_frames_out_of_order_nothing_is_counte
                 found.append(None)
     assert found[:6] == list(range(6))
     assert all(number in (index, None) for index, number in enumerate(found))
+
+
+def with_sound_first(path: Path) -> Path:
+    with av.open(str(path), "w") as container:
+        sound = container.add_stream("aac", rate=44_100)
+        stream = container.add_stream("libx264", rate=30, options={"preset": "ultrafast"})
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        for number, image in enumerate(numbered()):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="rgb24")))
+            silence = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), format="fltp", layout="mono")
+            silence.sample_rate, silence.pts = 44_100, 1024 * number
+            container.mux(sound.encode(silence))
+        container.mux(stream.encode(None))
+    return path
+
+
+def in_fragments(path: Path) -> Path:
+    source = write_video(path.with_name("source.mp4"), numbered(), bframes=2)
+    with (
+        av.open(str(source)) as whole,
+        av.open(str(path), "w", options={"movflags": "frag_keyframe+empty_moov"}) as parts,
+    ):
+        stream = parts.add_stream_from_template(whole.streams.video[0])
+        for packet in whole.demux(video=0):
+            if packet.size:
+                packet.stream = stream
+                parts.mux(packet)
+    return path
+
+
+FORMS = {
+    "sound first": ("a.mp4", with_sound_first),
+    "fragments": ("a.mp4", in_fragments),
+    "WebM": ("a.webm", lambda path: write_video(path, numbered(), codec="libvpx-vp9", bframes=0)),
+    "Matroska, variable rate": (
+        "a.mkv",
+        lambda path: write_video(path, numbered(), pts=[int(n**1.3) + n for n in range(COUNT)]),
+    ),
+    "MPEG": ("a.mpg", lambda path: write_video(path, numbered(), codec="mpeg2video", bframes=2)),
+    "begins late": ("a.mov", lambda path: write_video(path, numbered(), pts=list(range(15, 15 + COUNT)))),
+    "high rate": ("a.m4v", lambda path: write_video(path, numbered(), fps=120)),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_frames_of_any_form_are_counted_as_opencv_counts_them(tmp_path: Path, form: str) -> None:
+    name, write = FORMS[form]
+    path = write(tmp_path / name)
+    reader, expected = cv2.VideoCapture(str(path)), []
+    while (read := reader.read())[0]:
+        expected.append(round(float(read[1][24, 24, 0]) / 10))
+    with Video(path) as video:
+        assert greys(video) == expected
+        assert len(expected) == COUNT
+        assert greys(video, lambda count: reversed(range(count))) == expected[::-1]
+        assert len(frame_times_s(path, exactly=False)) == COUNT

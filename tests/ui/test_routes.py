@@ -150,12 +150,14 @@ def test_a_pages_name_leads_to_its_address_with_all_that_it_says(name):
     assert get(f"/{name}")[1]["location"] == f"./{PAGE_PATHS[name]}"
 
 
-def test_everything_lies_below_the_servers_base_path(dataset, monkeypatch):
-    monkeypatch.setattr(base_path.config, "get_option", {"server.baseUrlPath": "/group/corsmal/"}.get)
+@pytest.mark.parametrize("written", ["/group/corsmal/", "corsmal", "a/b/c", "/lab-1/cups", "Übung/v1.0"])
+def test_everything_lies_below_the_servers_base_path(dataset, monkeypatch, written):
+    monkeypatch.setattr(base_path.config, "get_option", {"server.baseUrlPath": written}.get)
+    base = "/" + written.strip("/")
     [url] = thumbnail_urls(dataset, ["000000"])
-    assert url.startswith("/group/corsmal/thumbnails/")
+    assert url.startswith(f"{base}/thumbnails/")
     assert get(url)[0] == 200
-    assert get("/group/corsmal/shape", query=b"frame=3")[1]["location"] == "./hull?frame=3"
+    assert get(f"{base}/shape", query=b"frame=3")[1]["location"] == "./hull?frame=3"
     assert get(plotly_url())[0] == 200
     assert get("/shape")[0] == 404
 
