@@ -41,7 +41,7 @@ def main() -> None:
     cameras = {name: recording.views[name].camera() for name in fit.pair}
     export_figure(hull_figure(fit.hull, fit.dimensions, cameras=cameras), PICTURES / "hull.png", width_px=NARROW_PX)
     over = reprojection_figure(
-        image, masks.mask(FRONTAL_VIEW, frame, rule), masks.camera(FRONTAL_VIEW), fit.hull, points=shape.points
+        image, masks.mask(FRONTAL_VIEW, frame, rule), masks.camera(FRONTAL_VIEW), fit.hull, parameters=shape
     )
     export_figure(over, PICTURES / "reprojection.png", width_px=NARROW_PX)
     export_figure(profile_figure(fit.hull, fit.dimensions), PICTURES / "profile.png", width_px=NARROW_PX)
