@@ -16,6 +16,8 @@ FLAGS = {
     "sound-repaired": "The sound file's samples were rescaled, or its header is wrong and was not followed.",
     "sound-cut": "The sound was cut where its recorder should have been stopped.",
     "sound-outside-training": "The sound's sampling rate is lower than that of the sound the network learned from.",
+    "mass-assumed": "The container's mass is the training set's least or mean one: the network had no answer.",
+    "dimensions-assumed": "The container's mass was predicted from the training set's mean dimensions.",
     "network-synthetic": "A network that was trained on synthetic recordings only judged a real one.",
 }
 """The flags that an estimate may carry, and what each says."""

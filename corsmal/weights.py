@@ -5,7 +5,6 @@ import hashlib
 import json
 import logging
 import os
-import pickle
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import check_plain_file, writing
+from corsmal.state_dicts import READING_ERRORS, is_state_dict
 
 if TYPE_CHECKING:
     import torch
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 Kind = Literal["detector", "filling", "mass"]
 Origin = Literal["named", "environment", "bundled"]
+Facts = Mapping[str, Any]
 Network = TypeVar("Network", bound="nn.Module")
 
 BUNDLED = Path(__file__).parent / "demo" / "weights"
@@ -31,6 +32,9 @@ ENTRY = "corsmal"
 
 BUNDLED_NAME = "demo"
 """Names the bundled file where another one is set in the environment."""
+
+RELEASED = "released "
+"""Begins the digest of a network in the authors' own file, which does not say what it was trained on."""
 
 
 @dataclass(frozen=True)
@@ -89,25 +93,19 @@ def file_sha256(path: Path) -> str:
 
 
 def network_digest(kind: Kind, path: Path) -> str:
-    """What names a network in rows and keys: its kind and the SHA-256 of its file.
+    """What names a network in rows and keys: its kind and the SHA-256 of its file, after ``RELEASED`` if it is theirs.
 
     Raises:
         FileError: the file cannot be read.
     """
     try:
-        return f"{kind} network {file_sha256(path)}"
+        return f"{RELEASED if is_state_dict(path) else ''}{kind} network {file_sha256(path)}"
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error}); {_advice(kind)}") from error
 
 
 def save_network(
-    path: Path,
-    network: "nn.Module",
-    *,
-    kind: Kind,
-    config: Any,
-    training: Mapping[str, Any] | None = None,
-    half: bool = False,
+    path: Path, network: "nn.Module", *, kind: Kind, config: Any, training: Facts | None = None, half: bool = False
 ) -> None:
     """Write a network's weights in one file with its config and what it was trained on, both as JSON can hold them.
 
@@ -167,9 +165,9 @@ def read_training(path: Path, kind: Kind) -> dict[str, Any]:
     """What a network was trained on, as ``save_network`` was given it; empty where the file does not say.
 
     Raises:
-        FileError: the file is absent, broken or of another network.
+        FileError: it is absent, broken or of another network.
     """
-    return _read_metadata(path, kind)[1]
+    return {} if is_state_dict(path) else _read_metadata(path, kind)[1]
 
 
 def _read_metadata(path: Path, kind: Kind) -> tuple[Any, dict[str, Any]]:
@@ -191,9 +189,8 @@ def _read_metadata(path: Path, kind: Kind) -> tuple[Any, dict[str, Any]]:
 
 
 def _early_content(metadata: Mapping[str, str]) -> dict[str, Any]:
-    kind = metadata.get("kind", "filling")
-    config = metadata["config"] if "config" in metadata else metadata["filling"]
-    return {"kind": kind, "config": json.loads(config), "training": json.loads(metadata.get("training", "{}"))}
+    config, training = metadata.get("config") or metadata["filling"], metadata.get("training", "{}")
+    return {"kind": metadata.get("kind", "filling"), "config": json.loads(config), "training": json.loads(training)}
 
 
 def _tuples(value: Any) -> Any:
@@ -239,7 +236,7 @@ def read_checkpoint(path: Path) -> dict[str, Any] | None:
         content["state_dict"], content["epoch"], content["global_step"], content["callbacks"]
     except FileNotFoundError:
         return None
-    except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
+    except READING_ERRORS as error:
         raise FileError(path, "is not a checkpoint of this training; delete it to begin again") from error
     return dict(content)
 

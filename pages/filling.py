@@ -8,6 +8,7 @@ from corsmal.ui.filling import sound, timeline
 from corsmal.ui.filling.answer import answer, predicted, weights_note
 from corsmal.ui.filling.downloads import downloads
 from corsmal.ui.linked_plot import plot_event
+from corsmal.ui.networks import network_note
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import chosen_best
 from corsmal.ui.time_line import time_line
@@ -32,6 +33,7 @@ def listen(opened: OpenedRecording) -> None:
     with right:
         timeline.controls(opened, crop_s=crop_s, settled=event.settled)
         timeline.timeline(picture, opened=opened, prediction=prediction, crop_s=crop_s)
+    network_note("filling")
     downloads(opened, crop_s=crop_s, has_answer=prediction is not None)
 
 

@@ -7,6 +7,7 @@ from corsmal.ui.detecting import open_detected
 from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.look import heading
+from corsmal.ui.networks import network_note
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import pair_control
 from corsmal.ui.time_line import time_line
@@ -36,11 +37,12 @@ def mass_panel(opened: OpenedRecording) -> None:
     prediction, curves_g = mass.predict(mask, numbers, network=network, axis=axis, padding_px=padding_px)
     filling = mass.object_mass(opened, prediction.mass_g, capacity_ml=numbers["capacity_ml"])
     is_complete = mass_numbers.number_notes(numbers, fitted, network=network)
-    mass.problems(fit, prediction, is_asked=is_complete and network is not None)
+    mass.problems(shown, prediction, is_asked=is_complete and network is not None)
     resize = "stretch" if network is None else network.config.resize
     mass.pictures(opened, mask, prediction, frame=frame, resize=resize, axis=axis, padding_px=padding_px)
     st.caption(filling)
     if network is not None:
+        network_note("mass")
         mass_network.trained_otherwise(network, axis=axis, padding_px=padding_px)
     left, right = st.columns([2, 3])
     with left:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from corsmal.detection import Detections
-from corsmal.filling import FillingPrediction
+from corsmal.filling import FillingPrediction, LogMelParameters
 from corsmal.mass import MassPrediction, restore_mask
 from tests.tiny import CUP
 
@@ -32,6 +32,7 @@ class FakeFilling:
     def __init__(self, filling_type: int, filling_level: int) -> None:
         self.answer = (filling_type, filling_level)
         self.digest = f"fake filling {self.answer}"
+        self.front_end = LogMelParameters()
         self.trained_on = None
         self.heard: np.ndarray | None = None
         self.steps_s: float | None = None

@@ -19,7 +19,7 @@ LINES_MAX = 260
 
 FLOORS = (
     ("errors", "fields"),
-    ("digests", "files", "notes", "notebook", "installation"),
+    ("digests", "files", "notes", "state_dicts", "notebook", "installation"),
     ("weights", "store", "geometry", "quantities", "parameters"),
     ("dataset",),
     ("detection",),

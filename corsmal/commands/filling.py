@@ -9,23 +9,26 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from corsmal.commands import FeatureFolders, Root, RunFolder, complain, progress_bar, say, show
-from corsmal.errors import CorsmalError, FileError
+from corsmal.errors import CorsmalError, FileError, NotFoundError
 
 if TYPE_CHECKING:
     from corsmal.dataset import Dataset, TrainedOn
     from corsmal.filling import FillingSample, FillingTraining, FusedTraining
 
-Preset = Literal["paper", "tuned", "fused"]
+Preset = Literal["paper", "released", "tuned", "fused"]
 PresetOption = Annotated[
     Preset,
     typer.Option(
-        help="paper: one network, trained as published; tuned: eight networks, averaged; fused: networks of sound and "
-        "of sight with a gate, from --features of both."
+        help="paper: one network, trained as published; released: as in the authors' program; tuned: eight networks, "
+        "averaged; fused: networks of sound and of sight with a gate, from --features of both."
     ),
 ]
 Epochs = Annotated[
     int | None,
-    typer.Option(help="Number of epochs; default: 150 for paper, 30 for tuned, each sense's own for fused.", min=1),
+    typer.Option(
+        help="Number of epochs; default: 150 for paper, 100 for released, 30 for tuned, each sense's own for fused.",
+        min=1,
+    ),
 ]
 
 
@@ -44,7 +47,8 @@ def train(
 ) -> None:
     """Train the network for filling type and level on the annotated recordings of a dataset.
 
-    With the preset paper a seventh of them is held out, by which the best epoch is chosen.
+    With the presets paper and released a seventh of them is held out, by which the best epoch is chosen; with released,
+    recording 000377 of the published set is left out.
     """
     from corsmal.dataset import open_dataset
     from corsmal.filling import FillingTraining, train_filling, train_fused
@@ -54,7 +58,7 @@ def train(
         raise typer.BadParameter("the preset fused chooses no epoch", param_hint="--retrain")
     training = _training(preset, epochs)
     dataset = open_dataset(root)
-    samples = _samples(dataset, features)
+    samples = _samples(dataset, features, preset=preset)
     trained_on = _record(dataset, samples, features)
     if absent := missing_classes(samples):
         say(f"No recording holds {', '.join(absent)}: the network will not name it.")
@@ -96,7 +100,7 @@ def evaluate(
     from corsmal.filling.senses import predictions_by_condition
 
     dataset = open_dataset(root)
-    samples = _samples(dataset, features)
+    samples = _samples(dataset, features, preset=preset)
     known = dataset.table.loc[[sample.recording_id for sample in samples]]
     split = spread_folds(known) if folds == "spread" else folds_by_container(known)
     training = _training(preset, epochs)
@@ -145,23 +149,31 @@ def _record(dataset: "Dataset", samples: "list[FillingSample]", features: list[P
     return training_record(dataset, [dataset[sample.recording_id] for sample in samples], features=arrays)
 
 
-def _samples(dataset: "Dataset", features: list[Path] | None) -> "list[FillingSample]":
-    """The annotated recordings with their features; a recording without those of its sound is reported and skipped.
+def _samples(dataset: "Dataset", features: list[Path] | None, *, preset: Preset) -> "list[FillingSample]":
+    """The annotated recordings with the features of the preset.
+
+    A recording without those of its sound, or with a sound that the preset cannot use, is reported and skipped.
 
     Raises:
         FileError: no recording has both.
     """
-    from corsmal.filling import filling_samples
+    from corsmal.filling import LogMelParameters, filling_samples
     from corsmal.filling.features import recording_features
+    from corsmal.filling.frontend import check_loud
     from corsmal.filling.sight import FeatureFolders, sight_features
     from corsmal.store import Store
 
-    folders = FeatureFolders.of(features or [])
+    folders, is_released = FeatureFolders.of(features or []), preset == "released"
+    parameters = LogMelParameters.of("released" if is_released else "paper")
     store, found, seen = Store(), {}, {}
     with progress_bar("features") as progress:
         for done, recording in enumerate(dataset, start=1):
             try:
-                found[recording.id] = recording_features(recording, folder=folders.sound, store=store).values
+                if is_released and recording.sound_end_s is not None:
+                    raise NotFoundError("left out, as by the authors' program: its recorder was not stopped")
+                given = recording_features(recording, folder=folders.sound, parameters=parameters, store=store)
+                check_loud(given.values, row_s=given.row_s)
+                found[recording.id] = given.values
                 if folders.sight is not None:
                     seen[recording.id] = sight_features(folders.sight, recording.id)
             except CorsmalError as error:

@@ -23,15 +23,25 @@ def train(
     folder: RunFolder,
     *,
     preset: Annotated[
-        Literal["paper", "tuned"],
-        typer.Option(help="paper: as published; tuned: the network also sees the image's scale, and learns ln(1 + g)."),
+        Literal["paper", "released", "tuned"],
+        typer.Option(
+            help="paper: as published; released: the network and the masks of the authors' program; tuned: the network "
+            "also sees the image's scale, and learns ln(1 + g)."
+        ),
     ] = "paper",
     shape: Annotated[
-        str, typer.Option(help=f"Parameters of the fits that give the dimensions: {SHAPES}. Kept in the weights.")
-    ] = "paper",
+        str | None,
+        typer.Option(
+            help=f"Parameters of the fits that give the dimensions, and of the frames: {SHAPES}; default: released for "
+            "the preset released, else paper. Kept in the weights."
+        ),
+    ] = None,
     axis: Annotated[
-        Literal["base", "whole"] | None,
-        typer.Option(help="How masks are restored; default: base for paper, whole for tuned. Kept in the weights."),
+        Literal["base", "whole", "top"] | None,
+        typer.Option(
+            help="How masks are restored; default: base for paper, top for released, whole for tuned. Kept in the "
+            "weights."
+        ),
     ] = None,
     padding: Annotated[
         int | None, typer.Option(help="Pixels around a mask's box; default: 15. Kept in the weights.", min=0)
@@ -49,10 +59,10 @@ def train(
     from corsmal.mass import MassConfig, MassTraining, train_mass
     from corsmal.stages.training_facts import training_record
 
-    network = MassConfig.paper() if preset == "paper" else MassConfig.tuned()
+    network = MassConfig.of(preset)
     network = replace(network, axis=axis or network.axis, padding_px=network.padding_px if padding is None else padding)
     dataset = open_dataset(root).matched(view_matching(match, offset))
-    parameters = shape_preset(shape, option="--shape")
+    parameters = shape_preset(shape or ("released" if preset == "released" else "paper"), option="--shape")
     rows = _rows(dataset, parameters)
     trained_on = training_record(dataset, [dataset[row.recording_id] for row in rows], shape=parameters)
     trained = train_mass(rows, folder, MassTraining(network=network, epochs=epochs, seed=seed), trained_on=trained_on)

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 from corsmal.dataset import Recording
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.estimation.detected import counted_frames, file_detections
-from corsmal.estimation.fit import FitSource, MaskSource, RecordingMasks, fit_frame
+from corsmal.estimation.fit import FitSource, RecordingMasks, fit_frame
 from corsmal.estimation.plausibility import calibration_notes, implausible
 from corsmal.estimation.records import FITTED, Estimate
 from corsmal.estimation.several import Combined, choose_frames, combine_fits
+from corsmal.estimation.weighing import frontal_frame, with_mass
 from corsmal.filling.records import FillingPrediction, PredictsFilling
-from corsmal.mass.physics import mm_per_pixel
 from corsmal.mass.records import PredictsMass
 from corsmal.notes import Note, prefixed
 from corsmal.parameters import FRONTAL_VIEW, SelectionParameters, ShapeParameters
-from corsmal.quantities import BY_NAME, DIMENSIONS, MEASURED
+from corsmal.quantities import BY_NAME, MEASURED
 from corsmal.selection import FrameDetections, best_frame_of_view
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def estimate(
     The pairs of views of ``shape`` are tried in order: best frame, or the best of several stretches, then fit. A fit
     that cannot be true, see ``plausibility``, counts as failed. If all fail the estimate holds ``means``, and says so;
     a width that could not be measured by itself is its mean, and a note says so. The mass is predicted from the robot's
-    view in the frame that ``selection`` says, the filling from the sound.
+    view, see ``with_mass``, the filling from the sound.
 
     Args:
         recording: the recording.
@@ -52,7 +52,7 @@ def estimate(
             numbers.
         filling: tells type and level, such as ``FillingPredictor``; default: they are left out.
         mass: tells the container's mass, such as ``MassPredictor``; default: it is left out.
-        features: gives what ``filling`` listens to; default: log-mel of the sound.
+        features: gives what ``filling`` listens to; default: log-mel of the sound, as it was trained on.
         fits: gives the fits of single frames, with the same parameters; default: they are made anew.
 
     Returns:
@@ -73,7 +73,9 @@ def estimate(
         notes=(*notes, *calibration_notes(recording)),
     )
     if mass is not None:
-        found = _with_mass(found, RecordingMasks(recording, detections, selection), mass, means or {})
+        frontal = frontal_frame(detections, selection, counted_frames(recording, selection))
+        masks = RecordingMasks(recording, detections, selection)
+        found = with_mass(found, masks, mass, frontal=frontal, means=means)
     return found if filling is None else _with_filling(found, recording, filling, features)
 
 
@@ -108,7 +110,7 @@ def _geometry(
             notes += (Note(f"{name}, frame {found.fit.frame}: {reason}", flag="implausible"),)
             continue
         values, missing = _completed(found, means)
-        result = Estimate(
+        return Estimate(
             recording.id,
             FITTED[position],
             **values,
@@ -116,8 +118,8 @@ def _geometry(
             fit=found.fit,
             notes=(*notes, *missing),
             intervals=found.intervals,
+            mass_frame=_mass_frame(found.fit.frame, detections, selection, counted),
         )
-        return replace(result, mass_frame=_mass_frame(result, detections, selection, counted))
     values = {name: means.get(name) for name in MEASURED}
     return Estimate(
         recording.id, "fallback: training mean" if means else "failed", **values, best_frame=None, fit=None, notes=notes
@@ -138,53 +140,14 @@ def _completed(found: Combined, means: Mapping[str, float]) -> tuple[dict[str, A
 
 
 def _mass_frame(
-    found: Estimate,
+    fitted: int | None,
     detections: Mapping[str, FrameDetections],
     selection: SelectionParameters,
     counted: Collection[int] | None,
 ) -> int | None:
     if selection.mass_frame == "frontal":
         return best_frame_of_view(detections.get(FRONTAL_VIEW, {}), parameters=selection, frames=counted)
-    return None if found.fit is None else found.fit.frame
-
-
-def mass_inputs(found: Estimate, masks: MaskSource) -> dict[str, Any] | None:
-    """What a ``MassPredictor`` is given for an estimate: its widths and height, a mask of the frontal view, its scale.
-
-    Args:
-        found: the estimate, with its geometry.
-        masks: cameras and masks that it was made from, such as ``RecordingMasks``.
-
-    Returns:
-        Arguments of ``MassPredictor.predict``; None where nothing was fitted.
-    """
-    if found.fit is None or found.mass_frame is None or found.best_frame is None:
-        return None
-    centroid_m = found.fit.hull.centroid_m
-    try:
-        scale = None if centroid_m is None else mm_per_pixel(masks.camera(FRONTAL_VIEW), centroid_m)
-    except (ArgumentError, FileError, NotFoundError):
-        scale = None
-    return {
-        "mask": masks.mask(FRONTAL_VIEW, found.mass_frame, found.best_frame.centre_rule),
-        **{name: getattr(found, name) for name in DIMENSIONS},
-        "mm_per_px": scale,
-    }
-
-
-def _with_mass(found: Estimate, masks: MaskSource, predictor: PredictsMass, means: Mapping[str, float]) -> Estimate:
-    """The estimate with the container's mass; where nothing was fitted, the mean that it may hold stays."""
-    try:
-        inputs = mass_inputs(found, masks)
-    except NotFoundError as error:
-        mean_g = means.get("container_mass_g")
-        instead = "it is missing" if mean_g is None else "the training mean stands in"
-        return replace(found, container_mass_g=mean_g, notes=(*found.notes, f"container mass: {error}; {instead}"))
-    if inputs is None:
-        return found
-    prediction = predictor.predict(**inputs)
-    notes = found.notes if prediction.ok else (*found.notes, f"container mass: {prediction.reason}")
-    return replace(found, container_mass_g=prediction.mass_g, mass=prediction, notes=notes)
+    return fitted
 
 
 def _with_filling(
@@ -197,7 +160,7 @@ def _with_filling(
 
     said: list[str] = []
     try:
-        heard = (features or recording_features)(recording)
+        heard = (features or partial(recording_features, parameters=getattr(predictor, "front_end", None)))(recording)
         said = [prefixed("sound", note) for note in heard.notes]
         prediction = predictor.predict(heard.values, steps_s=heard.row_s)
     except (ArgumentError, FileError, NotFoundError) as error:

@@ -1,5 +1,7 @@
 from .config import FillingConfig as FillingConfig
 from .crossvalidation import cross_validate as cross_validate
+from .files import read_filling as read_filling
+from .files import save_filling as save_filling
 from .folds import WINNERS_FOLDS as WINNERS_FOLDS
 from .folds import folds_by_container as folds_by_container
 from .folds import spread_folds as spread_folds
@@ -9,8 +11,6 @@ from .fused_prediction import FusedPredictor as FusedPredictor
 from .fused_training import FusedTraining as FusedTraining
 from .fused_training import train_fused as train_fused
 from .network import FillingModel as FillingModel
-from .network import read_filling as read_filling
-from .network import save_filling as save_filling
 from .prediction import FillingPredictor as FillingPredictor
 from .recipe import FillingTraining as FillingTraining
 from .records import FEASIBLE_PAIRS as FEASIBLE_PAIRS

@@ -1,11 +1,39 @@
-"""The sizes of the filling networks: the paper's with its preset and a tuned one, and a recurrent one."""
+"""The sizes and forms of the filling networks: the paper's with its presets and its authors', and a recurrent one."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from corsmal.errors import ArgumentError, check_choice
+from corsmal.fields import UNLESS_DEFAULT
 from corsmal.filling.records import Decoding
+
+FrontEnd = Literal["paper", "released"]
+"""How sound becomes features, see ``LogMelParameters.of``."""
+
+Encoder = Literal["plain", "normalised"]
+"""``normalised``: features pass a batch norm of each channel and a ReLU first, the depthwise convolution doubles the
+channels, and what is encoded passes a ReLU (the authors' program)."""
+
+Positions = Literal["sequence", "first"]
+"""``first``: every row and the class embedding get the first position, so that their order is not known. The authors'
+program looks positions up by the recording's place in the batch."""
+
+Norms = Literal["two", "shared"]
+"""The LayerNorms of a block: one before attention and one before its FC layers, or the same one (the authors')."""
+
+Activation = Literal["gelu", "squared relu"]
+"""Between the FC layers of a block; the heads have GELU, or with ``squared relu`` a plain ReLU (the authors')."""
+
+FORMS = {
+    "front_end": FrontEnd,
+    "encoder": Encoder,
+    "positions": Positions,
+    "norms": Norms,
+    "activation": Activation,
+    "decoding": Decoding,
+}
+"""The choices among forms, by the field of the config."""
 
 MODELS_MAX = 8
 """More models than this in one file make a prediction slow and hardly better."""
@@ -26,6 +54,11 @@ class FillingConfig:
         duration_input: whether the heads are also given log T.
         standardise: whether features are standardised, each of the ``features`` by its mean and deviation in training.
         decoding: how type and level are read off the two heads' probabilities.
+        front_end: how sound becomes the features.
+        encoder: the convolutions and what is around them.
+        positions: what is added to the rows, so that their order is known.
+        norms: of a block.
+        activation: between two FC layers.
 
     Raises:
         ArgumentError: a size is not a positive whole number, or they do not fit together.
@@ -41,6 +74,11 @@ class FillingConfig:
     duration_input: bool = False
     standardise: bool = True
     decoding: Decoding = "independent"
+    front_end: FrontEnd = field(default="paper", metadata=UNLESS_DEFAULT)
+    encoder: Encoder = field(default="plain", metadata=UNLESS_DEFAULT)
+    positions: Positions = field(default="sequence", metadata=UNLESS_DEFAULT)
+    norms: Norms = field(default="two", metadata=UNLESS_DEFAULT)
+    activation: Activation = field(default="gelu", metadata=UNLESS_DEFAULT)
 
     def __post_init__(self) -> None:
         for name in ("channels", "features", "heads", "blocks", "hidden", "head_hidden"):
@@ -54,7 +92,8 @@ class FillingConfig:
         for name in ("duration_input", "standardise"):
             if type(getattr(self, name)) is not bool:
                 raise ArgumentError(f"{name} must be true or false, got {getattr(self, name)!r}")
-        check_choice("decoding", self.decoding, get_args(Decoding))
+        for name, choices in FORMS.items():
+            check_choice(name, getattr(self, name), get_args(choices))
 
     @classmethod
     def paper(cls, *, channels: int = 8) -> "FillingConfig":
@@ -69,6 +108,21 @@ class FillingConfig:
     def tuned(cls, *, channels: int = 8, standardise: bool = False) -> "FillingConfig":
         """The same layers; the heads know the duration, and only pairs that exist are answered."""
         return cls(channels=channels, duration_input=True, standardise=standardise, decoding="feasible")
+
+    @classmethod
+    def released(cls, *, channels: int = 8) -> "FillingConfig":
+        """The network of the authors' program, where it does otherwise than the paper and where the paper is silent."""
+        return cls(
+            channels=channels,
+            head_hidden=32,
+            dropout=0.05,
+            standardise=False,
+            front_end="released",
+            encoder="normalised",
+            positions="first",
+            norms="shared",
+            activation="squared relu",
+        )
 
 
 @dataclass(frozen=True)
@@ -108,6 +162,11 @@ class RecurrentConfig:
         check_choice("decoding", self.decoding, get_args(Decoding))
         check_choice("network", self.network, ("recurrent",))
 
+    @property
+    def front_end(self) -> FrontEnd:
+        """Of the log-mel rows that it may be given."""
+        return "paper"
+
 
 AnyConfig = FillingConfig | RecurrentConfig
 
@@ -120,6 +179,6 @@ def check_together(configs: Sequence[AnyConfig]) -> None:
     """
     if not 1 <= len(configs) <= MODELS_MAX:
         raise ArgumentError(f"models must be 1 to {MODELS_MAX}, got {len(configs)}")
-    kinds = {(config.channels, config.features, config.decoding) for config in configs}
+    kinds = {(config.channels, config.features, config.front_end, config.decoding) for config in configs}
     if len(kinds) > 1:
-        raise ArgumentError(f"models must agree on channels, features and decoding, got {sorted(kinds)}")
+        raise ArgumentError(f"models must agree on channels, features, front end and decoding, got {sorted(kinds)}")

@@ -36,7 +36,7 @@ class Features:
     """What the network is given of one recording.
 
     Args:
-        values: (C, T, 128) float32, finite, C and T at least 1.
+        values: (C, T, 128) float32, C and T at least 1; finite, but for a front end without a floor.
         row_s: seconds from one row to the next.
         notes: sentences on how the sound was read, where that was not as expected.
     """
@@ -57,7 +57,8 @@ def recording_features(
 ) -> Features:
     """A recording's features, from its sound or from a folder of arrays.
 
-    Log-mel rows are rounded to half precision, stored or not, so that a stored answer is the computed one. What
+    Log-mel rows are rounded to half precision, stored or not, so that a stored answer is the computed one; those of a
+    front end in single precision are kept as they are, with −∞ where it has no floor and the sound is silent. What
     follows ``Recording.sound_end_s`` is left out, of the sound and of rows in a folder.
 
     Args:
@@ -89,7 +90,9 @@ def recording_features(
     if audio.sample_rate_hz < RATE_MIN_HZ:
         problem = f"was recorded at {audio.sample_rate_hz / 1000:g} kHz, too low for a prediction"
         raise FileError(recording.audio_path, f"{problem}; record at {SAMPLE_RATE_HZ / 1000:g} kHz")
-    rows = log_mel(audio.samples, sample_rate_hz=audio.sample_rate_hz, parameters=parameters).astype(np.float16)
+    rows = log_mel(audio.samples, sample_rate_hz=audio.sample_rate_hz, parameters=parameters)
+    if parameters.precision == "double":
+        rows = rows.astype(np.float16)
     if store:
         store.save_arrays(KIND, key, rows=rows, notes=_as_array(audio.notes))
     return Features(rows.astype(np.float32), parameters.row_s, (*cut, *audio.notes))

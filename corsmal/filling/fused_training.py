@@ -11,10 +11,11 @@ import torch
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
 from corsmal.filling.config import RecurrentConfig
+from corsmal.filling.files import read_filling
 from corsmal.filling.folds import spread_folds
 from corsmal.filling.fused import FusedConfig, FusedModel, read_fused, save_fused
 from corsmal.filling.fusion import SENSES, Answer, Sense
-from corsmal.filling.network import AnyModel, read_filling
+from corsmal.filling.network import AnyModel
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import FillingSample
 from corsmal.filling.training import claim, part_of, train_filling

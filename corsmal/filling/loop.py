@@ -12,8 +12,9 @@ from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 
 from corsmal.errors import FileError
 from corsmal.files import writing
+from corsmal.filling.files import read_filling, save_filling
 from corsmal.filling.module import FillingModule, stream
-from corsmal.filling.network import AnyModel, read_filling, save_filling
+from corsmal.filling.network import AnyModel
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import FillingSample
 from corsmal.weights import quiet_lightning, read_checkpoint

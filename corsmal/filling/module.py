@@ -13,6 +13,9 @@ from corsmal.filling.network import build_model
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import Batch, Batches, FillingSample
 
+STEPS, STEP = (0.5, 0.75), 0.1
+"""After these shares of the epochs the rate is lowered in steps, each to this share of what it was."""
+
 
 class FillingModule(lightning.LightningModule):
     """The network number ``index`` of a training with its passes, its losses and its optimiser.
@@ -71,15 +74,23 @@ class FillingModule(lightning.LightningModule):
         }
 
     def configure_optimizers(self) -> Any:
-        """AdamW over everything; what gets no gradient in a pass is not changed by it."""
-        settings = self._training
-        optimiser = torch.optim.AdamW(self.network.parameters(), settings.rate, weight_decay=settings.weight_decay)
+        """Over everything; what gets no gradient in a pass is not changed by it."""
+        settings, parameters = self._training, self.network.parameters()
+        rate, decay = settings.rate, settings.weight_decay
+        optimiser = (
+            torch.optim.AdamW(parameters, rate, weight_decay=decay)
+            if settings.optimiser == "adamw"
+            else torch.optim.SGD(parameters, rate, momentum=settings.momentum, weight_decay=decay)
+        )
         if settings.schedule == "constant":
             return optimiser
-        return {
-            "optimizer": optimiser,
-            "lr_scheduler": torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, settings.epochs),
-        }
+        steps = [int(share * settings.epochs) for share in STEPS]
+        schedule: torch.optim.lr_scheduler.LRScheduler = (
+            torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, settings.epochs)
+            if settings.schedule == "cosine"
+            else torch.optim.lr_scheduler.MultiStepLR(optimiser, steps, gamma=STEP)
+        )
+        return {"optimizer": optimiser, "lr_scheduler": schedule}
 
 
 def stream(*numbers: int) -> int:

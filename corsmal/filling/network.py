@@ -1,13 +1,12 @@
 """The network that filling type and level share (paper 2): CNN encoder, Transformer encoder, two heads.
 
 The paper gives the layers and no widths. Chosen: blocks normalise before attention and before their FC layers, and not
-after the last; the FC layers inside a block are twice as wide as the features; GELU between two FC layers.
+after the last; the FC layers inside a block are twice as wide as the features; GELU between two FC layers. The config
+says where the authors' program does otherwise.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,10 +15,9 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.config import AnyConfig, FillingConfig, RecurrentConfig, check_together
+from corsmal.filling.config import AnyConfig, FillingConfig, RecurrentConfig
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
 from corsmal.filling.recurrent import RecurrentModel
-from corsmal.weights import read_network, save_network
 
 KERNEL = 5
 KERNEL_NOISE = 0.02
@@ -35,25 +33,48 @@ DEVIATION_MIN = 1e-6
 class CNNEncoder(nn.Module):
     """A depthwise 5×5 convolution, then a pointwise one to a single channel (paper 2.1).
 
-    It starts near the mean of the channels: random kernels blur the features and leave them smaller than the positions,
-    and some trainings never took off.
+    The plain form starts near the mean of the channels: random kernels blur the features and leave them smaller than
+    the positions, and some trainings never took off.
     """
 
-    def __init__(self, channels: int) -> None:
+    def __init__(self, config: FillingConfig) -> None:
         super().__init__()
-        self.depthwise = nn.Conv2d(channels, channels, KERNEL, padding=KERNEL // 2, groups=channels)
-        self.pointwise = nn.Linear(channels, 1)
-        with torch.no_grad():
-            nn.init.dirac_(self.depthwise.weight, groups=channels)
-            self.depthwise.weight += KERNEL_NOISE * torch.randn_like(self.depthwise.weight)
-            nn.init.constant_(self.pointwise.weight, 1 / channels)
-            for layer in ("depthwise", "pointwise"):
-                nn.init.zeros_(self.get_parameter(f"{layer}.bias"))
+        channels, is_plain = config.channels, config.encoder == "plain"
+        wide = channels if is_plain else 2 * channels
+        self.norm = None if is_plain else nn.BatchNorm1d(channels)
+        self.depthwise = nn.Conv2d(channels, wide, KERNEL, padding=KERNEL // 2, groups=channels)
+        self.pointwise = nn.Linear(wide, 1)
+        if is_plain:
+            self._start_near_the_mean(channels)
 
-    def forward(self, x: Tensor) -> Tensor:
-        """(B, C, T, features) to (B, T, features)."""
+    @torch.no_grad()
+    def _start_near_the_mean(self, channels: int) -> None:
+        nn.init.dirac_(self.depthwise.weight, groups=channels)
+        self.depthwise.weight += KERNEL_NOISE * torch.randn_like(self.depthwise.weight)
+        nn.init.constant_(self.pointwise.weight, 1 / channels)
+        for layer in ("depthwise", "pointwise"):
+            nn.init.zeros_(self.get_parameter(f"{layer}.bias"))
+
+    def forward(self, x: Tensor, mask: Tensor) -> Tensor:
+        """(B, C, T, features) to (B, T, features); ``mask`` (B, T) is true on a recording's own rows."""
+        if self.norm is None:
+            return self._convolved(x)
+        rows = x.transpose(1, 2)  # (B, T, C, features)
+        normalised = torch.zeros_like(rows)
+        normalised[mask] = self.norm(rows[mask]).relu()  # of (rows, C, features); zeros beyond the end
+        return self._convolved(normalised.transpose(1, 2)).relu()
+
+    def _convolved(self, x: Tensor) -> Tensor:
         encoded: Tensor = self.pointwise(self.depthwise(x).movedim(1, 3))  # (B, T, features, 1)
         return encoded[..., 0]
+
+
+class SquaredReLU(nn.Module):
+    """The square of what is positive, and zero."""
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Of any shape."""
+        return x.relu().square()
 
 
 class Block(nn.Module):
@@ -63,10 +84,10 @@ class Block(nn.Module):
         super().__init__()
         self.norm_attention = nn.LayerNorm(config.features)
         self.attention = nn.MultiheadAttention(config.features, config.heads, batch_first=True)
-        self.norm_layers = nn.LayerNorm(config.features)
+        self.norm_layers = None if config.norms == "shared" else nn.LayerNorm(config.features)
         self.layers = nn.Sequential(
             nn.Linear(config.features, config.hidden),
-            nn.GELU(),
+            nn.GELU() if config.activation == "gelu" else SquaredReLU(),
             nn.Dropout(config.dropout),
             nn.Linear(config.hidden, config.features),
         )
@@ -85,7 +106,8 @@ class Block(nn.Module):
         queries, x = (keys[:, :1], x[:, :1]) if cls_only else (keys, x)
         attended, weights = self.attention(queries, keys, keys, key_padding_mask=padding, need_weights=cls_only)
         x = x + self.dropout(attended)
-        return x + self.dropout(self.layers(self.norm_layers(x))), weights
+        norm = self.norm_layers or self.norm_attention
+        return x + self.dropout(self.layers(norm(x))), weights
 
 
 class FillingModel(nn.Module):
@@ -113,7 +135,9 @@ class FillingModel(nn.Module):
         self.register_buffer("feature_std", torch.ones(config.features))
         self.register_buffer("duration_mean", torch.zeros(()))
         self.register_buffer("duration_std", torch.ones(()))
-        self.cnn = CNNEncoder(config.channels)
+        if config.positions == "first":
+            self.register_buffer("first_position", sinusoidal_positions(1, config.features)[0])
+        self.cnn = CNNEncoder(config)
         self.cls = nn.Parameter(torch.randn(config.features) * 0.02)
         self.blocks = nn.ModuleList(Block(config) for _ in range(config.blocks))
         self.type_head = self._head(len(TYPE_NAMES))
@@ -122,8 +146,9 @@ class FillingModel(nn.Module):
     def _head(self, classes: int) -> nn.Sequential:
         given = self.config.features + self.config.duration_input
         hidden = self.config.head_hidden
+        activation = nn.GELU() if self.config.activation == "gelu" else nn.ReLU()
         return nn.Sequential(
-            nn.Linear(given, hidden), nn.GELU(), nn.Dropout(self.config.dropout), nn.Linear(hidden, classes)
+            nn.Linear(given, hidden), activation, nn.Dropout(self.config.dropout), nn.Linear(hidden, classes)
         )
 
     def learn_statistics(self, recordings: Sequence[NDArray[np.float32]]) -> None:
@@ -168,9 +193,9 @@ class FillingModel(nn.Module):
         mask = self._checked(features, mask)
         x = (features - self.feature_mean) / self.feature_std if self.config.standardise else features
         x = x if mask.all() else x * mask[:, None, :, None]  # zeros beyond the end, as the convolution's own padding
-        x = self.cnn(x)
+        x = self.cnn(x, mask)
         x = torch.cat([self.cls.expand(len(x), 1, -1), x], dim=1)  # (B, T + 1, features)
-        x = x + sinusoidal_positions(x.shape[1], x.shape[2]).to(x)
+        x = x + self._positions(x)
         padding = torch.cat([mask.new_zeros(len(mask), 1), ~mask], dim=1)  # (B, T + 1)
         for block in self.blocks[:-1]:
             x, _ = block(x, padding)
@@ -181,6 +206,11 @@ class FillingModel(nn.Module):
             z = torch.cat([z, durations[:, None]], dim=1)
         attention = weights[:, 0, 1:]
         return self.type_head(z), self.level_head(z), attention / attention.sum(dim=1, keepdim=True)
+
+    def _positions(self, x: Tensor) -> Tensor:
+        if self.config.positions == "first":
+            return self.get_buffer("first_position")
+        return sinusoidal_positions(x.shape[1], x.shape[2]).to(x)
 
     def _checked(self, features: Tensor, mask: Tensor | None) -> Tensor:
         expected = (self.config.channels, self.config.features)
@@ -222,32 +252,3 @@ def mean_logits(logits: Sequence[Tensor]) -> Tensor:
     if len(logits) == 1:
         return logits[0]
     return torch.stack(tuple(logits)).softmax(dim=-1).mean(dim=0).clamp_min(PROBABILITY_MIN).log()
-
-
-def save_filling(path: Path, models: Sequence[AnyModel], *, training: Mapping[str, Any] | None = None) -> None:
-    """Write up to eight models, whose probabilities are averaged, with their configs and what they were trained on.
-
-    They must expect the same channels and features and read their answers alike.
-
-    Raises:
-        ArgumentError: there is none, there are too many, or they do not belong together.
-        FileError: the file cannot be written.
-    """
-    configs = [model.config for model in models]
-    check_together(configs)
-    save_network(path, nn.ModuleList(models), kind="filling", config=list(map(asdict, configs)), training=training)
-
-
-def read_filling(path: Path) -> list[AnyModel]:
-    """The models of a file that ``save_filling`` wrote, ready to predict.
-
-    Raises:
-        FileError: the file is absent, broken, holds something else, or holds weights that are not finite.
-    """
-
-    def build(contents: Sequence[dict[str, Any]]) -> nn.ModuleList:
-        configs = list(map(config_of, contents))
-        check_together(configs)
-        return nn.ModuleList(map(build_model, configs))
-
-    return [model for model in read_network(path, "filling", build) if isinstance(model, AnyModel)]

@@ -11,7 +11,9 @@ from torch import Tensor
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
 from corsmal.filling.config import AnyConfig
-from corsmal.filling.network import AnyModel, mean_logits, read_filling
+from corsmal.filling.files import read_filling
+from corsmal.filling.frontend import LogMelParameters, check_loud, silent_rows
+from corsmal.filling.network import AnyModel, mean_logits
 from corsmal.filling.records import FillingPrediction
 from corsmal.filling.samples import FillingSample
 from corsmal.weights import choose_device, network_digest, read_training
@@ -23,7 +25,7 @@ class FillingPredictor:
     """One trained network, or several whose probabilities are averaged.
 
     Args:
-        weights: safetensors written by ``save_filling``.
+        weights: safetensors written by ``save_filling``, or the authors' ``task1and2.pt``.
         device: such as ``cuda:0``; default: the CPU, which is quick enough for one recording.
 
     Raises:
@@ -50,6 +52,11 @@ class FillingPredictor:
         return self._models[0].config
 
     @property
+    def front_end(self) -> LogMelParameters:
+        """How sound becomes the features that it expects."""
+        return LogMelParameters.of(self.config.front_end)
+
+    @property
     def channels(self) -> int:
         """C of the features that it expects."""
         return self.config.channels
@@ -65,7 +72,8 @@ class FillingPredictor:
             steps_s: seconds from one row to the next, kept in the record.
 
         Raises:
-            ArgumentError: the features have another shape, are empty or not finite, or the crop lies outside.
+            ArgumentError: the features have another shape, are empty or not finite, or the crop lies outside or holds
+                silence for which the front end has no number.
         """
         rows = crop or (0, features.shape[1] if features.ndim == 3 else 0)
         return self._predict(features, [rows], steps_s)[0]
@@ -86,7 +94,8 @@ class FillingPredictor:
             steps_s: as for ``predict``.
 
         Returns:
-            One record per window that lies inside the recording; ``rows`` says where.
+            One record per window that lies inside the recording; ``rows`` says where. Windows with silence for which
+            the front end has no number are left out.
 
         Raises:
             ArgumentError: window or hop is not positive, or as for ``predict``.
@@ -94,14 +103,15 @@ class FillingPredictor:
         if window < 1 or hop < 1:
             raise ArgumentError(f"window and hop must be at least one row, got {window} and {hop}")
         total = features.shape[1] if features.ndim == 3 else 0
-        starts = range(0, max(total - window, 0) + 1, hop)
-        return self._predict(features, [(start, min(start + window, total)) for start in starts], steps_s)
+        windows = [(start, min(start + window, total)) for start in range(0, max(total - window, 0) + 1, hop)]
+        loud = [crop for crop in windows if total and not silent_rows(features[:, slice(*crop)]).any()]
+        return self._predict(features, loud or windows, steps_s)
 
     def _predict(
         self, features: NDArray[np.floating], crops: Sequence[tuple[int, int]], steps_s: float | None
     ) -> list[FillingPrediction]:
         """One record per crop; all crops are equally long."""
-        self._check(features, crops)
+        self._check(features, crops, steps_s)
         cut = [torch.tensor(features[:, start:end], dtype=torch.float32) for start, end in crops]
         batches = [torch.stack(cut[first : first + WINDOWS_AT_ONCE]) for first in range(0, len(cut), WINDOWS_AT_ONCE)]
         answers = [_answer(self._models, batch.to(self._device)) for batch in batches]
@@ -118,16 +128,20 @@ class FillingPredictor:
             for index, rows in enumerate(crops)
         ]
 
-    def _check(self, features: NDArray[np.floating], crops: Sequence[tuple[int, int]]) -> None:
+    def _check(self, features: NDArray[np.floating], crops: Sequence[tuple[int, int]], steps_s: float | None) -> None:
         expected = (self.config.channels, self.config.features)
         if features.ndim != 3 or (features.shape[0], features.shape[2]) != expected or not features.shape[1]:
             wanted = f"({expected[0]}, T, {expected[1]}) with T at least 1"
             raise ArgumentError(f"features must be {wanted} for these weights, got {features.shape}")
-        if not np.isfinite(features).all():
-            raise ArgumentError("features must be finite, got NaN or infinity")
         for start, end in crops:
             if not 0 <= start < end <= features.shape[1]:
                 raise ArgumentError(f"crop must lie in 0..{features.shape[1]}, start before end, got {(start, end)}")
+        if np.isfinite(features).all():
+            return
+        if not (np.isfinite(features) | np.isneginf(features)).all():
+            raise ArgumentError("features must be finite, got NaN or infinity")
+        for start, end in crops:
+            check_loud(features[:, start:end], row_s=steps_s, first=start)
 
 
 @torch.inference_mode()

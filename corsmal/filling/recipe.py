@@ -1,17 +1,20 @@
-"""How the filling network is trained: every number of it, with the paper's preset and a tuned one."""
+"""How the filling network is trained: every number of it, with the paper's preset, its authors' and a tuned one."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 from corsmal.errors import ArgumentError, check_choice
+from corsmal.fields import UNLESS_DEFAULT
 from corsmal.filling.config import AnyConfig, FillingConfig, check_together
 from corsmal.filling.samples import Task
 
-Preset = Literal["paper", "tuned"]
+Preset = Literal["paper", "released", "tuned"]
 Passes = Literal["alternating", "joint"]
 Keep = Literal["best", "last"]
-Schedule = Literal["constant", "cosine"]
+Optimiser = Literal["adamw", "sgd"]
+Schedule = Literal["constant", "cosine", "steps"]
+CHOICES = {"passes": Passes, "keep": Keep, "optimiser": Optimiser, "schedule": Schedule}
 
 
 @dataclass(frozen=True)
@@ -29,9 +32,12 @@ class FillingTraining:
             all recordings, see ``train_filling``; not in the paper.
         epochs: how many.
         batch: recordings per step.
-        rate: learning rate of AdamW in the first epoch. The paper names neither batch, optimiser nor rate.
-        schedule: ``constant``: it stays; ``cosine``: it is lowered to zero over the epochs by half a cosine.
-        weight_decay: of AdamW.
+        rate: learning rate in the first epoch. The paper names neither batch, optimiser nor rate.
+        schedule: ``constant``: it stays; ``cosine``: it is lowered to zero over the epochs by half a cosine; ``steps``:
+            to a tenth after half of the epochs, and again after three quarters.
+        weight_decay: of the optimiser.
+        optimiser: AdamW, or stochastic gradient descent with ``momentum``.
+        momentum: of ``sgd``, 0 to below 1.
 
     Raises:
         ArgumentError: a number is out of range, or the networks do not belong together.
@@ -46,16 +52,20 @@ class FillingTraining:
     rate: float = 5e-4
     schedule: Schedule = "constant"
     weight_decay: float = 0.01
+    optimiser: Optimiser = field(default="adamw", metadata=UNLESS_DEFAULT)
+    momentum: float = field(default=0.0, metadata=UNLESS_DEFAULT)
 
     def __post_init__(self) -> None:
         check_together(self.networks)
-        for name, choices in (("passes", Passes), ("keep", Keep), ("schedule", Schedule)):
+        for name, choices in CHOICES.items():
             check_choice(name, getattr(self, name), get_args(choices))
         for name in ("epochs", "batch"):
             if type(getattr(self, name)) is not int or getattr(self, name) < 1:
                 raise ArgumentError(f"{name} must be a positive whole number, got {getattr(self, name)!r}")
         if not (0 < self.rate < math.inf and 0 <= self.weight_decay < math.inf):
             raise ArgumentError(f"rate must be positive and weight_decay not negative, got {self}")
+        if not 0 <= self.momentum < 1:
+            raise ArgumentError(f"momentum must be 0 or more and less than 1, got {self.momentum}")
 
     @property
     def tasks(self) -> tuple[Task, ...]:
@@ -80,6 +90,23 @@ class FillingTraining:
         return cls(networks, passes="joint", keep="last", epochs=30, rate=1e-3, schedule="cosine")
 
     @classmethod
+    def released(cls) -> "FillingTraining":
+        """As the authors' program: its network and optimiser, one recording at a time, 100 epochs.
+
+        When its rate is lowered is not known here; ``steps`` is a choice.
+        """
+        return cls(
+            (FillingConfig.released(),),
+            epochs=100,
+            batch=1,
+            rate=1e-3,
+            schedule="steps",
+            weight_decay=0.0,
+            optimiser="sgd",
+            momentum=0.5,
+        )
+
+    @classmethod
     def of(cls, preset: Preset) -> "FillingTraining":
         """The preset of a name.
 
@@ -87,7 +114,8 @@ class FillingTraining:
             ArgumentError: there is no such preset.
         """
         check_choice("preset", preset, get_args(Preset))
-        return cls.paper() if preset == "paper" else cls.tuned()
+        presets = {"paper": cls.paper, "released": cls.released, "tuned": cls.tuned}
+        return presets[preset]()
 
     def fitted_to(self, *, channels: int, features: int) -> "FillingTraining":
         """The same for features of another form."""

@@ -134,7 +134,10 @@ class FillingPrediction:
 
 
 class PredictsFilling(Protocol):
-    """What tells a recording's filling from features of its sound, such as ``FillingPredictor``."""
+    """What tells a recording's filling from features of its sound, such as ``FillingPredictor``.
+
+    The features are log-mel rows of the paper's front end, or of the one that an attribute ``front_end`` holds.
+    """
 
     def predict(self, features: NDArray[np.floating], *, steps_s: float | None = None) -> FillingPrediction:
         """What one recording holds.

@@ -13,9 +13,9 @@ from corsmal.dataset import TrainedOn
 from corsmal.digests import digest
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import writing
+from corsmal.filling.files import read_filling, save_filling
 from corsmal.filling.folds import PAPER_FOLDS, spread_folds
 from corsmal.filling.loop import fit_network, kept_epoch
-from corsmal.filling.network import read_filling, save_filling
 from corsmal.filling.recipe import FillingTraining, Preset
 from corsmal.filling.records import NAMES
 from corsmal.filling.samples import FillingSample

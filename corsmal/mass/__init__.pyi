@@ -1,10 +1,10 @@
 from .axis import Axis as Axis
 from .axis import AxisRule as AxisRule
+from .files import read_mass as read_mass
+from .files import save_mass as save_mass
 from .judging import judge_mass as judge_mass
 from .network import MassConfig as MassConfig
 from .network import MassModel as MassModel
-from .network import read_mass as read_mass
-from .network import save_mass as save_mass
 from .physics import filling_mass_g as filling_mass_g
 from .physics import mm_per_pixel as mm_per_pixel
 from .prediction import MassPredictor as MassPredictor

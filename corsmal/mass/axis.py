@@ -1,4 +1,4 @@
-"""The symmetry axis of a container in its mask: from the ends of its base (paper 3.3), or from its whole outline."""
+"""The symmetry axis of a container in its mask: from the ends of its base (paper 3.3), its whole outline or its top."""
 
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -13,7 +13,7 @@ from corsmal.geometry import Floats
 Mask = NDArray[np.bool_]
 Points = NDArray[np.int32]
 
-AxisRule = Literal["base", "whole"]
+AxisRule = Literal["base", "whole", "top"]
 AXIS_RULES: tuple[AxisRule, ...] = get_args(AxisRule)
 
 CONTOUR_PIXELS = cv2.CHAIN_APPROX_NONE
@@ -130,6 +130,13 @@ def base_axis(points: Points) -> Axis | None:
         return None
     left, right = ends
     return Axis.leaning(float(np.degrees(np.arctan2(*(right - left)[::-1]))), (left + right) / 2)
+
+
+def top_axis(mask: Mask) -> Axis:
+    """The vertical through the middle of a mask's topmost row of pixels, as the authors' program has it."""
+    top = int(np.argmax(mask.any(axis=1)))
+    left, right = np.flatnonzero(mask[top])[[0, -1]]
+    return Axis.leaning(0.0, (float(left + (right - left + 1) // 2), float(top)))
 
 
 def whole_axis(points: Points) -> Axis:

@@ -7,8 +7,9 @@ import torch
 from numpy.typing import NDArray
 
 from corsmal.dataset import TrainedOn
+from corsmal.mass.files import read_mass
 from corsmal.mass.inputs import MassInput, mass_input
-from corsmal.mass.network import MassConfig, read_mass
+from corsmal.mass.network import MassConfig
 from corsmal.mass.records import MassPrediction
 from corsmal.weights import choose_device, network_digest, read_training
 
@@ -17,7 +18,7 @@ class MassPredictor:
     """A trained network, for one mask at a time.
 
     Args:
-        weights: safetensors written by ``save_mass``.
+        weights: safetensors written by ``save_mass``, or the authors' ``task4.pt``.
         device: such as ``cuda:0``; default: the CPU, which is quick enough.
 
     Raises:
@@ -62,7 +63,8 @@ class MassPredictor:
 
         Returns:
             The prediction; ``ok`` is false, with a reason, where the mask is empty, or a number that the network
-            needs is missing or not positive. The restored mask and the network's image are there all the same.
+            needs is missing or not positive. The restored mask and the network's image are there all the same. Where
+            the network answers 0 g the least mass of its training set stands in, with a note.
 
         Raises:
             ArgumentError: the mask is not a bool image.
@@ -75,8 +77,9 @@ class MassPredictor:
             height_mm=height_mm,
             mm_per_px=mm_per_px,
         )
-        mass_g = None if given.reason else self._ask(given)
-        return MassPrediction(mass_g, given.reason, given.restored, given.image)
+        if given.reason:
+            return MassPrediction(None, given.reason, given.restored, given.image)
+        return given.weighed(self._ask(given), self.config)
 
     @torch.inference_mode()
     def _ask(self, given: MassInput) -> float:

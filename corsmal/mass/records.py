@@ -62,12 +62,14 @@ class MassPrediction:
         reason: why there is none; empty if there is one.
         restored: the restored mask.
         network_input: (112, 112) float32, 0..1, the image that the network sees; None where the mask is empty.
+        notes: sentences on what stands in for the network's answer.
     """
 
     mass_g: float | None
     reason: str
     restored: RestoredMask
     network_input: NDArray[np.float32] | None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if (self.mass_g is None) == self.ok:

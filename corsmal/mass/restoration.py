@@ -4,7 +4,18 @@ import cv2
 import numpy as np
 
 from corsmal.errors import ArgumentError, check_choice
-from corsmal.mass.axis import AXIS_RULES, Axis, AxisRule, Mask, Outline, agreement, base_axis, outline, whole_axis
+from corsmal.mass.axis import (
+    AXIS_RULES,
+    Axis,
+    AxisRule,
+    Mask,
+    Outline,
+    agreement,
+    base_axis,
+    outline,
+    top_axis,
+    whole_axis,
+)
 from corsmal.mass.records import RestoredMask
 
 Box = tuple[int, int, int, int]
@@ -28,7 +39,8 @@ def restore_mask(mask: Mask, *, padding_px: int = PADDING_PX, axis: AxisRule = "
         padding_px: pixels added on each side of the mask's box, not negative.
         axis: ``base``, the perpendicular bisector of the segment between the base's ends (the paper's), for containers
             that lean less than about 40 degrees and whose base is seen; ``whole``, the line about which most of the
-            outline is symmetric.
+            outline is symmetric; ``top``, the vertical through the middle of the topmost row, about which the rows
+            below are widened and filled instead of mirrored (the authors' program).
 
     Returns:
         The restored mask. Where no axis is found ``ok`` is false, with a reason, and the mask is as it was. ``notes``
@@ -55,7 +67,7 @@ def restore_mask(mask: Mask, *, padding_px: int = PADDING_PX, axis: AxisRule = "
         return RestoredMask.failed(mask, crop, f"the mask is a single {row} of pixels")
     part = mask[crop[1] : crop[3], crop[0] : crop[2]]
     lines = outline(part)
-    found = base_axis(lines.points) if axis == "base" else whole_axis(lines.points)
+    found = _axis(part, lines, axis)
     if found is None:
         return RestoredMask.failed(mask, crop, "the mask has no base: no lower edge rises by less than 40 degrees")
     notes = _border_notes((x, y, width, height), mask.shape) + _outline_notes(lines)
@@ -64,9 +76,16 @@ def restore_mask(mask: Mask, *, padding_px: int = PADDING_PX, axis: AxisRule = "
     ):
         notes += ("another axis fits the outline much better: the base may be hidden",)
     added = np.zeros_like(mask)
-    added[crop[1] : crop[3], crop[0] : crop[2]] = _mirrored(part, found) & ~part
+    filled = _widened(part, int(found.point[0])) if axis == "top" else _mirrored(part, found)
+    added[crop[1] : crop[3], crop[0] : crop[2]] = filled & ~part
     moved = Axis((found.point[0] + crop[0], found.point[1] + crop[1]), found.direction)
     return RestoredMask(mask | added, crop, moved, added, notes=notes)
+
+
+def _axis(part: Mask, lines: Outline, rule: AxisRule) -> Axis | None:
+    if rule == "top":
+        return top_axis(part)
+    return base_axis(lines.points) if rule == "base" else whole_axis(lines.points)
 
 
 def _check(mask: Mask, padding_px: int, axis: AxisRule) -> None:
@@ -96,6 +115,23 @@ def _mirrored(part: Mask, axis: Axis) -> Mask:
     twice = 2 * ((columns - axis.point[0]) * across[0] + (rows - axis.point[1]) * across[1])  # of the distance
     images = columns - twice * across[0], rows - twice * across[1]
     return cv2.remap(part.view(np.uint8), *images, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT).view(np.bool_)
+
+
+def _widened(part: Mask, middle: int) -> Mask:
+    """The rows below the topmost one, filled from their first to their last pixel after their shorter side was widened.
+
+    Both sides of the column ``middle`` become equally long. A row that lies beside that column is widened to one pixel
+    beyond its mirror image. Nothing reaches beyond the crop.
+    """
+    rows = np.flatnonzero(part.any(axis=1))[1:]
+    left, right = part[rows].argmax(axis=1), part.shape[1] - 1 - part[rows, ::-1].argmax(axis=1)
+    mirrored_left, mirrored_right = 2 * middle - right, 2 * middle - left
+    first = np.where(middle < left, mirrored_left - 1, np.minimum(left, mirrored_left))
+    last = np.where(right < middle, mirrored_right + 1, np.maximum(right, mirrored_right))
+    columns = np.arange(part.shape[1])
+    widened = np.zeros_like(part)
+    widened[rows] = (first[:, None] <= columns) & (columns <= last[:, None])
+    return widened
 
 
 def _border_notes(box: Box, shape: tuple[int, ...]) -> tuple[str, ...]:

@@ -48,8 +48,8 @@ def predict_with_changes(
     if model is None or given.image is None or given.reason:
         return MassPrediction(None, given.reason or "there are no weights", given.restored, given.image), {}
     curves = mass_sensitivity(model, given.image, given.numbers, changes=changes)
-    mass_g = float(curves[0, np.abs(np.asarray(changes)).argmin()])
-    return MassPrediction(mass_g, "", given.restored, given.image), dict(zip(NUMBERS, curves, strict=False))
+    answer_g = float(curves[0, np.abs(np.asarray(changes)).argmin()])
+    return given.weighed(answer_g, config), dict(zip(NUMBERS, curves, strict=False))
 
 
 @torch.inference_mode()

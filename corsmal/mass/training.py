@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import lightning
@@ -15,7 +15,8 @@ from torch.nn import functional
 
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError, FileError
-from corsmal.mass.network import MassConfig, MassModel, save_mass
+from corsmal.mass.files import save_mass
+from corsmal.mass.network import MassConfig, MassModel
 from corsmal.mass.records import MassRow
 from corsmal.mass.samples import Batch, Batches, MassSamples, held_out
 from corsmal.weights import quiet_lightning, read_checkpoint
@@ -113,6 +114,9 @@ def train_mass(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(folder, f"cannot be written ({error.strerror}); choose another folder") from error
+    if training.network.least_mass_g is None:
+        network = replace(training.network, least_mass_g=float(samples.masses_g.min()))
+        training = replace(training, network=network)
     with torch.random.fork_rng(), quiet_lightning():
         torch.manual_seed(training.seed)
         module = MassModule(training, samples.chosen(~held), samples.chosen(held))

@@ -9,8 +9,16 @@ from corsmal.dataset import Dataset, Recording
 from corsmal.detection import ViewDetections
 from corsmal.engines.engine import Engine, Row, completed_rows, in_turn, never
 from corsmal.engines.tasks import open_predictors
-from corsmal.errors import ArgumentError, CorsmalError, NotFoundError
-from corsmal.estimation import Estimate, RecordingMasks, choose_frames, counted_frames, estimate, mass_inputs
+from corsmal.errors import ArgumentError, CorsmalError
+from corsmal.estimation import (
+    Estimate,
+    RecordingMasks,
+    choose_frames,
+    counted_frames,
+    estimate,
+    frontal_frame,
+    with_mass,
+)
 from corsmal.evaluation.attribution import AS_IT_IS
 from corsmal.parameters import SHAPE_PRESETS, ShapeParameters, selection_of
 from corsmal.quantities import GEOMETRY
@@ -207,11 +215,8 @@ def _with_true_dimensions(recording: Recording, found: Views, predictors: Predic
     measured = _estimated(recording, found, predictors, mass=None)
     annotated = {name: getattr(recording.annotation, name, None) for name in GEOMETRY}
     result = replace(measured, **{name: value for name, value in annotated.items() if value})
-    masks = RecordingMasks(recording, found, predictors.selection)
-    try:
-        inputs = None if predictors.mass is None else mass_inputs(result, masks)
-    except NotFoundError:  # no container in the frontal view
-        inputs = None
-    if predictors.mass is None or inputs is None:
+    if predictors.mass is None:
         return result
-    return replace(result, container_mass_g=predictors.mass.predict(**inputs).mass_g)
+    selection = predictors.selection
+    frontal = frontal_frame(found, selection, counted_frames(recording, selection))
+    return with_mass(result, RecordingMasks(recording, found, selection), predictors.mass, frontal=frontal)

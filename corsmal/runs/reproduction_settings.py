@@ -84,7 +84,7 @@ class ReproductionSettings:
         """How the mass networks are trained."""
         from corsmal.mass import MassConfig, MassTraining  # noqa: PLC0415 - as above
 
-        network = MassConfig.paper() if self.networks == "paper" else MassConfig.tuned()
+        network = MassConfig.of(self.networks)
         training = MassTraining(network=network)
         return replace(training, epochs=QUICK_MASS_EPOCHS) if self.is_quick else training
 

@@ -20,6 +20,7 @@ from corsmal.stages.fits import calibration_fingerprints
 from corsmal.stages.training_facts import shape_name, trained_shape
 from corsmal.stages.version import METHOD_VERSION, READING_VERSION
 from corsmal.store import Store, digest, file_fingerprint
+from corsmal.weights import RELEASED
 
 if TYPE_CHECKING:
     from corsmal.filling.prediction import FillingPredictor
@@ -29,6 +30,11 @@ KIND = "estimates"
 
 SYNTHETIC = " (synthetic)"
 """Marks weights in the rows of real recordings that were trained on synthetic ones only."""
+
+UNKNOWN_TRAINING = (
+    "the network is in the authors' file, which does not say what it was trained on: it counts as held out on no "
+    "recording (theirs were trained on the published training set)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +144,8 @@ def estimate_with(
     if predictors.filling is not None:
         from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
 
-        features = partial(recording_features, folder=predictors.features, **heard)
+        front_end = predictors.filling.front_end
+        features = partial(recording_features, folder=predictors.features, parameters=front_end, **heard)
     return estimate(
         recording,
         detections=detections,
@@ -170,6 +177,8 @@ def _spoken(recording: Recording, predictors: Predictors) -> tuple[dict[str, Any
         trained_on = None if network is None else network.trained_on
         columns[f"{name}_weights"] = "" if network is None else network.digest
         columns[f"{name}_held_out"] = None
+        if columns[f"{name}_weights"].startswith(RELEASED):
+            notes.append(f"{name}: {UNKNOWN_TRAINING}")
         if trained_on is None:
             continue
         array = _array_digest(recording, predictors.features) if name == "filling" else None

@@ -57,6 +57,8 @@ def estimate_in_frame(
     if found.fit is not None and (found.fit.pair, found.mass_frame) == (best.pair, frame):
         return found, found.fit
     fit = opened.fit(best, frame, shape)
+    if found.fit is None and not fit.ok:
+        return replace(found, best_frame=best, fit=fit, mass_frame=frame), fit
     measures: dict[str, Any] = {name: getattr(fit.dimensions, name) for name in GEOMETRY}
     return Estimate(opened.id, "fitted", **measures, best_frame=best, fit=fit, notes=(), mass_frame=frame), fit
 
@@ -122,16 +124,20 @@ def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_
     return f":material/water_full: Filling: {text}. Object = container + filling."
 
 
-def problems(fit: Fit, prediction: MassPrediction, *, is_asked: bool) -> None:
-    """Why a mass is missing, and what can be done about it; ``is_asked`` unless a network or a number is missing."""
-    if not fit.ok:
+def problems(shown: Estimate, prediction: MassPrediction, *, is_asked: bool) -> None:
+    """Why a mass is missing or assumed, and what can be done; ``is_asked`` unless a network or a number is missing."""
+    fit = shown.fit
+    if fit is not None and not fit.ok:
+        means = "" if shown.height_mm is None else " The mean dimensions of the training set are used, as in a run."
         st.warning(
-            plain(f"The fit of {' + '.join(fit.pair)} in frame {fit.frame} failed: {fit.dimensions.reason}.")
+            plain(f"The fit of {' + '.join(fit.pair)} in frame {fit.frame} failed: {fit.dimensions.reason}.{means}")
             + " Type the dimensions below, try another frame or the other pair.",
             icon=":material/straighten:",
         )
     elif prediction.reason and is_asked:
         st.warning(plain(f"No container mass: {prediction.reason}."), icon=":material/warning:")
+    for note in prediction.notes:
+        st.warning(plain(f"The mass is assumed: {note}."), icon=":material/warning:")
     if not prediction.restored.ok:
         st.warning(plain(f"Nothing was restored: {prediction.restored.reason}."), icon=":material/warning:")
 

@@ -20,7 +20,7 @@ from corsmal.weights import WeightsFile, find_weights
 if TYPE_CHECKING:
     from corsmal.mass import MassPredictor
 
-RULES: dict[AxisRule, str] = {"base": "base (paper)", "whole": "whole outline"}
+RULES: dict[AxisRule, str] = {"base": "base (paper)", "whole": "whole outline", "top": "top row (released)"}
 
 
 def open_network(recording: Recording) -> "MassPredictor | None":
@@ -51,7 +51,8 @@ def axis_control(network: "MassPredictor | None") -> AxisRule:
     trained: AxisRule = "base" if network is None else network.config.axis
     text = (
         "`base`: perpendicular to the lower edge, through its middle. `whole`: the axis about which most of the "
-        f"outline is symmetric, whatever the base. The network was trained with `{trained}`."
+        "outline is symmetric, whatever the base. `top`: vertical through the middle of the topmost row; rows below it "
+        f"are widened and filled, as in the authors' program. The network was trained with `{trained}`."
     )
     return one_of("Axis from", RULES, key="mass_axis", default=trained, help_text=text, field="axis")
 

@@ -12,7 +12,7 @@ import soundfile
 import torch
 
 from corsmal.dataset import open_dataset
-from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, FillingPredictor, save_filling
+from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, FillingPredictor, released, save_filling
 from corsmal.filling.features import recording_features
 from corsmal.ui import media
 from corsmal.ui.filling import sound, timeline
@@ -20,6 +20,7 @@ from corsmal.ui.filling.downloads import windows_table
 from corsmal.ui.media import GAIN
 from corsmal.ui.opened import OpenedRecording
 from tests.app.driver import Visitor
+from tests.released import write_released
 from tests.tiny import SAMPLE_RATE_HZ, write_audio
 
 NAME = "000000"
@@ -295,6 +296,37 @@ def test_weights_of_the_demo_are_said_to_be_of_synthetic_sound(
     (warning,) = visitor.warnings
     assert "synthetic sound" in warning
     assert "python -m corsmal train filling" in warning
+
+
+def test_authors_network_answers_with_its_own_front_end_and_is_named(
+    noisy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_released(tmp_path)["filling"]
+    monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(path))
+    visitor = Visitor(noisy).open("filling")
+    samples, rate_hz = soundfile.read(noisy / "audio" / f"{NAME}.wav", dtype="float32")
+    types, levels = released.logits(path, samples.T, sample_rate_hz=rate_hz)
+    assert_answers(visitor, FillingPrediction(types.astype(float), levels.astype(float)))
+    assert len(visitor.plots[timeline.TIMELINE]["figure"]["data"]) > 3
+    assert "task1and2.pt" in visitor.sentences
+    assert "no answer to a recording of that set is held out" in visitor.sentences
+
+
+def test_what_the_authors_network_cannot_hear_or_is_not_is_a_sentence(
+    root: Path, wav: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = write_released(tmp_path)
+    soundfile.write(wav, np.zeros((SAMPLE_RATE_HZ, 8), np.int16), SAMPLE_RATE_HZ)
+    for path, words in (
+        (paths["filling"], "the sound is silent in a microphone at 0.00 s"),
+        (paths["mass"], "is the mass network's file, not the filling network's"),
+    ):
+        monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(path))
+        visitor = Visitor(root).open("filling")
+        assert visitor.crashes == []
+        (error,) = visitor.errors
+        assert error.startswith("No prediction: ")
+        assert words in error
 
 
 def test_recording_without_annotation_has_an_answer_without_a_verdict(root: Path) -> None:

@@ -18,6 +18,7 @@ from corsmal.estimation import container_mask, fit_frame
 from corsmal.filling import FillingPredictor
 from corsmal.filling.features import recording_features
 from corsmal.mass import AxisRule, MassConfig, MassModel, MassPredictor, mm_per_pixel, restore_mask, save_mass
+from corsmal.mass.inputs import square_image
 from corsmal.mass.restoration import PADDING_PX
 from corsmal.parameters import SelectionParameters
 from corsmal.stages.detections import load_detections
@@ -25,6 +26,7 @@ from corsmal.store import Store
 from corsmal.ui.amounts import filling_text, grams
 from corsmal.weights import bundled_path
 from tests.app.driver import Visitor, amount
+from tests.released import write_released
 from tests.tiny import CUP, SIZE, coco_result, write_json
 
 BEST = 5
@@ -269,6 +271,20 @@ def test_weights_that_cannot_be_used_leave_the_pictures(
     assert visitor.errors[0].startswith(f"{path}: is not a file of the mass network's weights; train one")
     assert visitor.metrics["Container mass"] == "unknown"
     assert list(panels(visitor)) == ["Seen", "Restored", "Network input"]
+
+
+def test_authors_network_weighs_with_its_own_restoration_and_is_named(
+    sound_root: Path, fitted: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_released(tmp_path)["mass"]
+    monkeypatch.setenv("CORSMAL_MASS_WEIGHTS", str(path))
+    visitor = Visitor(sound_root, estimate="paper").open("mass")
+    assert visitor.crashes == visitor.errors == visitor.warnings == []
+    assert visitor.metrics["Container mass"] == grams(predicted_g(path, fitted))
+    image, _ = square_image(restore_mask(fitted["mask"], axis="top").cropped, resize="stretch", interpolation="linear")
+    np.testing.assert_array_equal(network_input(visitor), np.rint(100 * image))
+    assert "task4.pt" in visitor.sentences
+    assert "no answer to a recording of that set is held out" in visitor.sentences
 
 
 def test_demos_weights_are_called_a_guess_on_recordings_without_a_truth(

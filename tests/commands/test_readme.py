@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cached_property, partial
 from importlib.metadata import entry_points, version
 from itertools import pairwise
@@ -28,8 +29,8 @@ from corsmal import detection
 from corsmal.dataset import open_dataset
 from corsmal.detection import MaskRCNNDetector
 from corsmal.evaluation import read_estimates
-from corsmal.filling import FillingPredictor
-from corsmal.mass import MassPredictor
+from corsmal.filling import FillingPredictor, LogMelParameters
+from corsmal.mass import MassConfig, MassPredictor
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import load_detections
 from corsmal.stages.true_masks import true_views
@@ -174,7 +175,7 @@ class Place:
             "DIR": lambda: self.demo,
             "OUT": lambda: self.folder / "OUT",
             "NAME": lambda: RUN_NAME,
-            "RUN": lambda: self.run_of(words_of(line)),
+            "RUN": lambda: self.run_of(words_of(line) + (" released" if "released" in line else "")),
             "RUN/mass.safetensors": lambda: self.mass_network,
             "TEST": lambda: self.others,
             "000618": lambda: DETECTED_HERE,
@@ -405,9 +406,11 @@ def _(place: Place, arguments: list[str]) -> None:
 @check("train filling")
 def _(place: Place, arguments: list[str]) -> None:
     output = run([*arguments, "--epochs", "1"])
-    weights = place.run_of("train filling") / "filling.safetensors"
+    weights = Path(arguments[3]) / "filling.safetensors"
     assert str(weights) in output
     predictor = FillingPredictor(weights)
+    front_end = LogMelParameters.of("released" if "released" in arguments else "paper")
+    assert predictor.front_end == front_end
     assert predictor.predict(np.zeros((8, 3, 128), np.float32)).ok
     assert predictor.trained_on is not None
     recordings = open_dataset(place.dataset)
@@ -429,10 +432,13 @@ def _(place: Place, arguments: list[str]) -> None:
     output = run([*arguments, "--epochs", "2"])
     assert "epochs: 2" in output
     mask = np.ones((30, 20), dtype=bool)
-    predicted = MassPredictor(place.run_of("train mass") / "mass.safetensors").predict(
-        mask, width_top_mm=90.0, width_bottom_mm=70.0, height_mm=120.0, mm_per_px=2.0
-    )
+    predictor = MassPredictor(Path(arguments[3]) / "mass.safetensors")
+    predicted = predictor.predict(mask, width_top_mm=90.0, width_bottom_mm=70.0, height_mm=120.0, mm_per_px=2.0)
     assert predicted.mass_g is not None
+    preset = "released" if "released" in arguments else "paper"
+    assert replace(predictor.config, least_mass_g=None) == MassConfig.of(preset)
+    if preset == "released":
+        return
     folder = place.folder / "otherwise"
     options = ["--epochs", "1", "--shape", "lode", "--axis", "whole", "--padding", "9"]
     run(["train", "mass", str(place.dataset), str(folder), *options])

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from corsmal.dataset import open_dataset
-from corsmal.estimation import container_mask, estimate, file_detections
+from corsmal.detection import ViewDetections, filter_detections
+from corsmal.estimation import container_mask, estimate, file_detections, frontal_frame
 from corsmal.evaluation import ESTIMATE_COLUMNS
 from corsmal.filling import FillingPrediction
 from corsmal.filling.features import Features
 from corsmal.mass import MassPrediction, restore_mask
 from corsmal.parameters import SelectionParameters, ShapeParameters
+from corsmal.selection import total_penalty
 from tests.fakes import FakeFilling, FakeMass
 
 
@@ -76,14 +78,88 @@ def test_failed_mass_is_no_number_and_a_note(recording):
     assert (result.container_mass_g, result.notes) == (None, ("container mass: nobody knows",))
 
 
-def test_means_hold_the_mass_where_nothing_was_fitted(recording):
+MEANS = {
+    "capacity_ml": 600.0,
+    "width_top_mm": 90.0,
+    "width_bottom_mm": 70.0,
+    "height_mm": 130.0,
+    "container_mass_g": 40.0,
+}
+
+
+def test_the_mean_mass_stands_in_where_the_robots_view_shows_nothing(recording):
     asked = FakeMass(33.0)
-    means = {"capacity_ml": 600.0, "width_top_mm": 90.0, "width_bottom_mm": 70.0, "height_mm": 130.0}
-    result = estimate(
-        replace(recording, views={}), mass=asked, filling=FakeFilling(3, 2), means={**means, "container_mass_g": 40.0}
-    )
+    result = estimate(replace(recording, views={}), mass=asked, filling=FakeFilling(3, 2), means=MEANS)
     assert (result.status, result.container_mass_g, asked.mask) == ("fallback: training mean", 40, None)
     assert result.object_mass_g == pytest.approx(40 + 0.9 * 600)
+    assert result.flags == ("mass-assumed",)
+    assert result.notes[-1] == (
+        "container mass: view3 shows no container in any inspected frame; the training mean stands in"
+    )
+
+
+def without_a_fit(detections):
+    """Nothing can be fitted with the robot's view only."""
+    return {"view3": detections["view3"]}
+
+
+def mask_of(detections, taken):
+    frame, rule = taken
+    return container_mask(detections["view3"][frame], centre_rule=rule, parameters=SelectionParameters())
+
+
+def test_the_mass_is_told_from_mean_dimensions_where_nothing_was_fitted_and_flagged(recording):
+    detections, _ = file_detections(recording)
+    asked = FakeMass(33.0)
+    result = estimate(recording, detections=without_a_fit(detections), mass=asked, means=MEANS)
+    assert (result.status, result.container_mass_g) == ("fallback: training mean", 33)
+    assert asked.inputs == {"width_top_mm": 90, "width_bottom_mm": 70, "height_mm": 130, "mm_per_px": None}
+    np.testing.assert_array_equal(asked.mask, mask_of(detections, frontal_frame(detections, SelectionParameters())))
+    assert result.flags == ("dimensions-assumed",)
+    assert result.notes[-1] == (
+        "container mass: predicted from the mean dimensions of the training set, as nothing was fitted"
+    )
+    assert estimate(recording, detections=without_a_fit(detections), mass=FakeMass(33.0)).container_mass_g is None
+
+
+def test_a_network_that_cannot_use_mean_dimensions_leaves_the_mean_mass(recording):
+    detections, _ = file_detections(recording)
+    result = estimate(recording, detections=without_a_fit(detections), mass=FakeMass(None), means=MEANS)
+    assert (result.container_mass_g, result.flags) == (40, ("mass-assumed",))
+    assert result.notes[-1] == "container mass: nobody knows; the training mean stands in"
+
+
+def test_the_robots_view_by_itself_gives_the_mask_where_the_fitted_frame_shows_none(recording):
+    detections, _ = file_detections(recording)
+    shape = replace(ShapeParameters.paper(), pairs=(("view1", "view2"),))
+    whole = estimate(recording, detections=detections, shape=shape)
+    assert whole.status == "fitted"
+    view = detections["view3"]
+    without = {at: view[at] for at in view if at != whole.best_frame.frame}
+    others = {**detections, "view3": ViewDetections(without, size=view.size, source="a test")}
+    frame, rule = frontal_frame(others, SelectionParameters())
+    scores = {}
+    for number, found in without.items():
+        kept = found[filter_detections(found, centre_rule=rule).kept]
+        if len(kept):
+            scores[number] = int(kept.mask_areas[0]) - total_penalty(kept)
+    assert frame == max(scores, key=scores.__getitem__)
+    asked = FakeMass(33.0)
+    result = estimate(recording, detections=others, shape=shape, mass=asked)
+    assert (result.mass_frame, result.container_mass_g, result.flags) == (frame, 33, ())
+    assert result.best_frame.frame != frame
+    np.testing.assert_array_equal(asked.mask, mask_of(others, (frame, rule)))
+    assert asked.inputs["height_mm"] == result.height_mm
+
+
+def test_what_stands_in_for_the_networks_answer_is_flagged(recording):
+    class Least(FakeMass):
+        def predict(self, mask, **inputs):
+            return replace(super().predict(mask, **inputs), notes=("the network's output is 0 g",))
+
+    result = estimate(recording, mass=Least(2.0))
+    assert (result.container_mass_g, result.flags) == (2, ("mass-assumed",))
+    assert result.notes == ("container mass: the network's output is 0 g",)
 
 
 def test_nothing_weighs_nothing_whatever_the_capacity(recording):

@@ -14,6 +14,7 @@ CONFIGS = {
     "plain": replace(SMALL, standardise=False),
     "standardised": SMALL,
     "with duration": replace(SMALL, duration_input=True),
+    "released": replace(SMALL, encoder="normalised", positions="first", norms="shared", activation="squared relu"),
 }
 
 
@@ -28,6 +29,10 @@ def made_model(config):
         model = FillingModel(config).eval()
     model.learn_statistics([made_features(rows, seed=rows) * 3 + 5 for rows in (4, 9, 20)])
     return model
+
+
+def whole(recordings, rows):
+    return torch.ones(recordings, rows, dtype=torch.bool)
 
 
 def padded(recordings, *, filler):
@@ -47,7 +52,7 @@ def test_default_network_has_the_papers_shapes():
     assert (types.shape, levels.shape, attention.shape) == ((2, 4), (2, 3), (2, 30))
     assert model.cnn.depthwise.weight.shape == (8, 1, 5, 5)
     assert model.cnn.pointwise.weight.shape == (1, 8)
-    assert model.cnn(torch.zeros(2, 8, 30, 128)).shape == (2, 30, 128)
+    assert model.cnn(torch.zeros(2, 8, 30, 128), whole(2, 30)).shape == (2, 30, 128)
     assert (len(model.blocks), model.blocks[0].attention.num_heads, model.cls.shape) == (3, 4, (128,))
     for head, classes in ((model.type_head, 4), (model.level_head, 3)):
         layers = [layer for layer in head if isinstance(layer, torch.nn.Linear)]
@@ -60,7 +65,7 @@ def test_cnn_encoder_is_a_depthwise_and_a_pointwise_convolution():
     for parameter in cnn.parameters():
         torch.nn.init.normal_(parameter)
     x = torch.randn(2, 2, 7, WIDTH)
-    encoded = cnn(x)
+    encoded = cnn(x, whole(2, 7))
     padded = np.pad(x.double().numpy(), ((0, 0), (0, 0), (2, 2), (2, 2)))
     kernels, weights = cnn.depthwise.weight.double().numpy()[:, 0], cnn.pointwise.weight.double().numpy()[0]
     for place in ((0, 0, 0), (1, 3, 8), (0, 6, WIDTH - 1)):
@@ -73,7 +78,7 @@ def test_cnn_encoder_is_a_depthwise_and_a_pointwise_convolution():
 @torch.inference_mode()
 def test_cnn_encoder_starts_near_the_mean_of_the_channels():
     x = torch.rand(2, 8, 7, 128)
-    encoded = FillingModel(FillingConfig.paper()).cnn(x)
+    encoded = FillingModel(FillingConfig.paper()).cnn(x, whole(2, 7))
     assert (encoded - x.mean(dim=1)).abs().max() < 0.5
     assert np.corrcoef(encoded.flatten(), x.mean(dim=1).flatten())[0, 1] > 0.9
 
@@ -129,7 +134,9 @@ def test_positions_are_sines_and_cosines():
 
 
 @torch.inference_mode()
-def test_order_of_the_rows_matters(model):
+@pytest.mark.parametrize("name", ["plain", "standardised", "with duration"])
+def test_order_of_the_rows_matters(name):
+    model = made_model(CONFIGS[name])
     features = torch.from_numpy(made_features(9))[None]
     assert not torch.allclose(model(features)[0], model(features.flip(2))[0], atol=1e-4)
 
@@ -194,6 +201,8 @@ def test_other_shapes_are_refused(shape, mask):
         {"dropout": "0.1"},
         {"standardise": 1},
         {"decoding": "best"},
+        {"positions": "last"},
+        {"encoder": "bare"},
     ],
 )
 def test_config_that_makes_no_network_is_refused(changes):

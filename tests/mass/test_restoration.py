@@ -229,8 +229,8 @@ def test_padding_is_a_number_of_pixels(padding_px):
         restore_mask(np.zeros((4, 5), bool), padding_px=padding_px)
 
 
-def test_there_are_two_rules_for_the_axis():
-    with pytest.raises(ArgumentError, match="axis must be one of base, whole, got 'left'"):
+def test_there_are_three_rules_for_the_axis():
+    with pytest.raises(ArgumentError, match="axis must be one of base, whole, top, got 'left'"):
         restore_mask(np.zeros((4, 5), bool), axis="left")
 
 

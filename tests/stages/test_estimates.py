@@ -2,14 +2,22 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+import soundfile
 
 from corsmal.estimation import TrainingMeans, estimate
+from corsmal.evaluation.estimates import check_estimates
+from corsmal.evaluation.protocols import left_out
+from corsmal.filling import released
 from corsmal.parameters import ShapeParameters
 from corsmal.stages import estimates as estimating
 from corsmal.stages.estimates import Predictors, load_estimate
+from corsmal.stages.settings import EstimateSettings
 from corsmal.stages.version import METHOD_VERSION
+from corsmal.weights import file_sha256, find_weights
 from tests.fakes import FakeFilling, FakeMass
+from tests.released import write_released
 
 
 @pytest.fixture
@@ -41,6 +49,30 @@ def test_rows_are_the_estimates(dataset, store, all_stages):
         dataset["000000"], means=all_stages.means.for_container(None), filling=all_stages.filling, mass=all_stages.mass
     )
     assert {name: rows[0][name] for name in alone.row()} == alone.row()
+
+
+def test_rows_name_the_authors_networks_and_count_as_held_out_nowhere(dataset, store, tmp_path):
+    paths = write_released(tmp_path)
+    settings = EstimateSettings(
+        means=TrainingMeans.of(dataset),
+        filling=find_weights("filling", paths["filling"]),
+        mass=find_weights("mass", paths["mass"]),
+    )
+    predictors = settings.open()
+    assert predictors.digests == settings.digests
+    row = load_estimate(dataset["000000"], predictors, store=store)
+    assert row["filling_weights"] == f"released filling network {file_sha256(paths['filling'])}"
+    assert row["mass_weights"] == f"released mass network {file_sha256(paths['mass'])}"
+    assert (row["filling_held_out"], row["mass_held_out"]) == (None, None)
+    for name in ("filling", "mass"):
+        assert f"{name}: the network is in the authors' file, which does not say" in row["notes"]
+    assert row["container_mass_g"] > 0
+    samples, rate_hz = soundfile.read(dataset["000000"].audio_path, dtype="float32")
+    types, _ = released.logits(paths["filling"], samples.T, sample_rate_hz=rate_hz)
+    powers = np.exp(types.astype(float))
+    assert [row[f"type_p{index}"] for index in range(4)] == pytest.approx((powers / powers.sum()).tolist(), rel=1e-4)
+    checked = check_estimates(pd.DataFrame([row]), pd.Index(["000000"])).table
+    assert left_out(checked).table[["filling", "mass"]].to_numpy().all()
 
 
 def test_second_run_reads_and_gives_the_same(dataset, store, all_stages, counted):

@@ -63,14 +63,6 @@ def audio(opened: OpenedRecording) -> Audio:
     return opened.recording.audio()
 
 
-@cached(8, spinner="Reading the sound")
-def features(opened: OpenedRecording) -> "Features":
-    """The log-mel rows of a recording's sound, (8, T, 128)."""
-    from corsmal.filling.features import recording_features  # noqa: PLC0415 - as above
-
-    return recording_features(opened.recording, store=shared.store())
-
-
 @cached(32, spinner="Reading the sound")
 def picture(opened: OpenedRecording, channel: int | None) -> SoundPicture:
     """One channel, or the mean of all, ready to be drawn."""
@@ -96,6 +88,14 @@ def wav(opened: OpenedRecording, channel: int | None, crop_s: Seconds | None) ->
 def by_network(opened: OpenedRecording, *others: object) -> object:
     """Results that depend on the trained network, too."""
     return predictor().digest, by_key(opened, *others)
+
+
+@cached(8, key=by_network, spinner="Reading the sound")
+def features(opened: OpenedRecording) -> "Features":
+    """The log-mel rows of a recording's sound, (8, T, 128), as the network was trained on them."""
+    from corsmal.filling.features import recording_features  # noqa: PLC0415 - as above
+
+    return recording_features(opened.recording, parameters=predictor().front_end, store=shared.store())
 
 
 @cached(512, key=by_network)

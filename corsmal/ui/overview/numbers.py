@@ -9,10 +9,18 @@ from corsmal.dataset.annotation import FILLINGS, LEVELS
 from corsmal.estimation import Estimate
 from corsmal.quantities import BY_NAME, GEOMETRY
 from corsmal.ui.amounts import amount, filling_text, grams, mass_error, percent_error, total
+from corsmal.weights import RELEASED
 
 NOTHING, LEFT_OUT = "–", "left out"
 NOT_ANNOTATED = "no annotation"
 SEEN_IN_TRAINING = "not held out: the network was trained on this recording"
+UNKNOWN_TRAINING = "not held out: the network's file does not say what it was trained on"
+
+ASSUMED = {
+    "mass-assumed": "the training set's: the network had no answer",
+    "dimensions-assumed": "from mean dimensions: nothing was fitted",
+}
+"""How a container's mass came about, by the flag of its row."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +127,7 @@ def _mass_tiles(row: Mapping[str, Any], annotation: Annotation | None, left_out:
     container_true, filling_true = (getattr(annotation, name, None) for name in ("container_mass_g", "filling_mass_g"))
     filling, mass = left_out.get("filling", ""), left_out.get("mass", "")
     container = "" if str(row["status"]).startswith("fitted") else "training mean: nothing was fitted"
+    container = next((text for flag, text in ASSUMED.items() if flag in str(row["flags"])), container)
     tiles = [
         _mass_tile("Filling mass", row["filling_mass_g"], filling_true, filling, note="level × capacity × density"),
         _mass_tile(
@@ -142,4 +151,6 @@ def _mass_tile(label: str, value: float | None, true: float | None, left_out: st
 
 
 def _stamped(verdict: str, row: Mapping[str, Any], name: str) -> str:
+    if str(row[f"{name}_weights"]).startswith(RELEASED):
+        return f"{verdict}; {UNKNOWN_TRAINING}"
     return f"{verdict}; {SEEN_IN_TRAINING}" if row.get(f"{name}_held_out") is False else verdict
