@@ -127,7 +127,11 @@ class Video:
             if self._closed:
                 raise ArgumentError(f"the video {self.path} was closed and cannot be read any more")
             frame = self._find(self._own(int(index) % len(self)))
-            return turned(np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8), self._turn)
+            try:
+                picture = frame.to_ndarray(format="rgb24")
+            except (av.FFmpegError, ValueError) as error:
+                raise FileError(self.path, f"frame {index} has no picture; download the video again") from error
+            return turned(np.asarray(picture, dtype=np.uint8), self._turn)
 
     def __iter__(self) -> Iterator[NDArray[np.uint8]]:
         return (self[index] for index in range(len(self)))

@@ -80,7 +80,7 @@ def test_frame_beyond_the_end_is_said_once_and_the_best_one_shown(sound_root: Pa
         ("frame", "-1"),
         ("frame", "three"),
         ("frame", "9" * 400),
-        ("pair", "view1-view2"),
+        ("pair", "view1-view1"),
         ("preset", "best"),
         ("L", "1"),
         ("L", "inf"),

@@ -304,3 +304,15 @@ def test_frames_of_any_form_are_counted_as_opencv_counts_them(tmp_path: Path, fo
         assert len(expected) == COUNT
         assert greys(video, lambda count: reversed(range(count))) == expected[::-1]
         assert len(frame_times_s(path, exactly=False)) == COUNT
+
+
+def test_a_frame_whose_colours_cannot_be_read_is_an_error(plain: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with Video(plain) as video:
+
+        class Unreadable:
+            def to_ndarray(self, **_options: str) -> None:
+                raise av.error.OSError(95, "Operation not supported")
+
+        monkeypatch.setattr(video, "_find", lambda _index: Unreadable())
+        with pytest.raises(FileError, match="frame 3 has no picture; download the video again"):
+            video[3]
