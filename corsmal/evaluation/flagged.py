@@ -5,7 +5,7 @@ from collections.abc import Collection
 import pandas as pd
 
 from corsmal.dataset.annotation_file import listed
-from corsmal.errors import check_choice
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.evaluation.estimates import ID_COLUMN
 from corsmal.notes import FLAGS, SEPARATOR
 
@@ -31,7 +31,7 @@ def without_flagged(estimates: pd.DataFrame, flags: Collection[str]) -> tuple[pd
         The other rows, and one sentence on those that were left out; empty where none was.
 
     Raises:
-        ArgumentError: there is no such flag.
+        ArgumentError: there is no such flag, or no row is left.
     """
     for flag in flags:
         check_choice("flags", flag, (*FLAGS, ANY))
@@ -41,6 +41,8 @@ def without_flagged(estimates: pd.DataFrame, flags: Collection[str]) -> tuple[pd
     raised = estimates["flags"].fillna("").map(lambda text: bool(wanted.intersection(str(text).split(SEPARATOR))))
     if not raised.any():
         return estimates, ""
+    if raised.all():
+        raise ArgumentError(f"all {len(estimates)} rows raise a flag ({', '.join(flags)}): none is left to evaluate")
     names = estimates.loc[raised, ID_COLUMN].astype(str)
     shown = ", ".join(sorted(wanted)) if ANY not in flags else "any"
     sentence = f"estimates: {raised.sum()} of {len(estimates)} rows raise a flag ({shown}), left out: {listed(names)}"

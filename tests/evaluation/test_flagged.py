@@ -35,6 +35,11 @@ def test_flagged_rows_are_left_out_and_named(flags, left):
     assert len(left) == 4 or f"{4 - len(left)} of 4 rows raise a flag" in sentence
 
 
+def test_nothing_left_is_one_sentence():
+    with pytest.raises(ArgumentError, match=r"all 3 rows raise a flag \(any\): none is left to evaluate"):
+        without_flagged(TABLE.iloc[1:], ["any"])
+
+
 def test_flags_are_counted():
     assert list(flag_counts(TABLE).items()) == [("any", 3), ("unit-assumed", 2), ("sound-cut", 2)]
     assert flag_counts(TABLE.iloc[:1]) == flag_counts(pd.DataFrame({"recording_id": ["000001"]})) == {}

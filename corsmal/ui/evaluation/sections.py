@@ -56,7 +56,7 @@ def protocol_control() -> Protocol:
 
 def flags_control(tables: Sequence[pd.DataFrame]) -> tuple[str, ...]:
     """Choose flags whose rows are left out of estimates tables; nothing is shown where no row raises one."""
-    counts = flag_counts(pd.concat(tables)) if tables else {}
+    counts = flag_counts(pd.DataFrame({"flags": [flags for table in tables for flags in table["flags"]]}))
     chosen, state = session.choice().without, st.session_state
     options = [*counts, *(flag for flag in chosen if flag not in counts)]
     if not options:
