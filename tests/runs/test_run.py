@@ -7,7 +7,7 @@ import pytest
 from corsmal.dataset import open_dataset
 from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError, FileError
-from corsmal.parameters import ShapeParameters
+from corsmal.parameters import SelectionParameters, ShapeParameters
 from corsmal.runs import Run, list_runs, load_run
 from corsmal.runs.making import data_digest
 from corsmal.runs.run import first_id, named_run, save_run
@@ -42,6 +42,24 @@ def test_settings_survive_too(run, dataset, store):
     assert_same(own, load_run("own", dataset=dataset.root, store=Store(store.root)))
     assert own.preset == "own parameters"
     assert own.facts()["views matched"] == "by time, view1 +0.4 s, view2 −0.1 s"
+
+
+def test_a_run_keeps_its_selection_and_its_pairs(run, dataset, store):
+    shape = replace(ShapeParameters.released(), pairs=(("view2", "view3"),))
+    settings = replace(run.settings, shape=shape, selection=SelectionParameters.released())
+    own = replace(run, name="own", id="", settings=settings)
+    save_run(own, store=store)
+    assert_same(own, load_run("own", dataset=dataset.root, store=Store(store.root)))
+    assert own.facts()["selection"] == "released"
+    assert own.key != run.key
+    assert replace(own, settings=replace(settings, selection=SelectionParameters())).key != own.key
+
+
+def test_a_run_of_an_earlier_version_selected_by_the_papers_rules(run, dataset, store):
+    content = store.json("runs", run.id)
+    del content["settings"]["selection"], content["settings"]["shape"]["pairs"]
+    store.save_json("runs", run.id, content)
+    assert_same(run, load_run("first", dataset=dataset.root, store=store))
 
 
 def test_a_run_of_an_earlier_version_matched_its_views_by_time(run, dataset, store):
