@@ -10,6 +10,7 @@ from corsmal.dataset import open_dataset
 from corsmal.detection import filter_detections
 from corsmal.errors import NotFoundError
 from corsmal.figures import draw_detections
+from corsmal.parameters import SelectionParameters
 from corsmal.stages.detections import load_detections
 from corsmal.store import Store
 from corsmal.ui.media import GAIN
@@ -46,8 +47,8 @@ def test_a_picture_is_the_frame_with_its_detections(recording, tmp_path):
 def test_a_frame_that_was_not_inspected_is_shown_as_it_is(recording, tmp_path):
     found = load_detections(recording, store=Store(tmp_path)).views["view3"]
     image = np.zeros((360, 640, 3), np.uint8)
-    assert with_detections(image, found, FRAMES + 5, centre_rule="none") is image
-    assert with_detections(image, None, 0, centre_rule="none") is image
+    assert with_detections(image, found, FRAMES + 5, centre_rule="none", selection=SelectionParameters()) is image
+    assert with_detections(image, None, 0, centre_rule="none", selection=SelectionParameters()) is image
 
 
 @pytest.mark.parametrize(("view", "frame"), [("view3", FRAMES), ("view3", -1), ("view1", 0), ("rgb", 0)])

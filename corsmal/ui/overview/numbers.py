@@ -151,6 +151,6 @@ def _mass_tile(label: str, value: float | None, true: float | None, left_out: st
 
 
 def _stamped(verdict: str, row: Mapping[str, Any], name: str) -> str:
-    if str(row[f"{name}_weights"]).startswith(RELEASED):
+    if str(row.get(f"{name}_weights")).startswith(RELEASED):
         return f"{verdict}; {UNKNOWN_TRAINING}"
     return f"{verdict}; {SEEN_IN_TRAINING}" if row.get(f"{name}_held_out") is False else verdict
