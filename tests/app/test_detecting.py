@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 
 import corsmal.detection
+from corsmal.dataset import open_dataset
 from corsmal.detection import Detections
 from corsmal.detection.coco_weights import COCO_WEIGHTS_URL
 from corsmal.parameters import METHOD_VIEWS
+from corsmal.stages.detections import POINTERS
+from corsmal.stages.search import detect_recording
 from corsmal.ui import shared
 from corsmal.weights import bundled_path
 from tests.app.driver import Visitor
@@ -249,3 +252,21 @@ def test_video_that_cannot_be_opened_leaves_the_other_views(root: Path) -> None:
     assert visitor.crashes == []
     assert any(str(video) in error for error in visitor.errors)
     assert "Best frame of view3 + view2" in visitor.metrics
+
+
+@pytest.mark.parametrize("kinds", [POINTERS[:1], POINTERS])
+def test_what_is_lost_of_kept_detections_is_said_and_not_taken_for_a_recording_nobody_inspected(
+    tiny_dataset_root: Path, coco: type[FakeDetector], kinds: tuple[str, ...]
+) -> None:
+    recording = open_dataset(tiny_dataset_root)[WITHOUT_FILES]
+    detect_recording(recording, coco(), store=shared.store())
+    for kind in kinds:
+        for path in (shared.store().root / kind).glob("*/*.json"):
+            path.write_bytes(b"damaged")
+    visitor = Visitor(tiny_dataset_root, recording=WITHOUT_FILES).open("frames")
+    lost = [f"{name}: the detections that were kept cannot be read; run the detector again" for name in METHOD_VIEWS]
+    assert sorted(visitor.warnings) == (sorted(lost) if kinds == POINTERS else [])
+    assert "No detections yet" not in visitor.sentences
+    assert "it was set aside, and what can be computed is computed again" in visitor.sentences
+    assert set(visitor.buttons) >= OFFERS or kinds != POINTERS
+    assert visitor.crashes == visitor.errors == []

@@ -1,4 +1,5 @@
 import json
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -20,7 +21,7 @@ from corsmal.estimation import estimate
 from corsmal.evaluation import cell_table, error_table, read_estimates, typeset_table_2
 from corsmal.filling import FillingPredictor, FillingTraining, FusedPredictor, FusedTraining
 from corsmal.parameters import METHOD_VIEWS
-from corsmal.stages.detections import load_detections
+from corsmal.stages.detections import POINTERS, load_detections
 from corsmal.stages.settings import DetectorSettings
 from corsmal.store import Store
 from tests.fakes import FakeDetector
@@ -107,6 +108,29 @@ def test_detections_are_kept_in_the_store(tiny_dataset_root, detector, cache):
     seen = detector.seen
     assert RUNNER.invoke(cli.app, command).exit_code == 0
     assert detector.seen == seen
+
+
+@pytest.mark.usefixtures("detector")
+def test_what_the_cache_cannot_read_is_printed_at_the_end(tiny_dataset_root, cache, tmp_path, monkeypatch, capsys):
+    run_main(monkeypatch, capsys, "detect", tiny_dataset_root, WITHOUT_FILES)
+    out = tmp_path / "e.csv"
+    estimate = ("estimate", tiny_dataset_root, WITHOUT_FILES, "--workers", "1", "--out", out)
+    code, lines = run_main(monkeypatch, capsys, *estimate)
+    assert code == 0
+    assert not any(line.startswith("Cache: ") for line in lines)
+    damaged = [path for kind in POINTERS for path in (cache / kind).glob("*/*.json")]
+    for path in damaged:
+        path.unlink()
+        os.mkfifo(path)
+    code, lines = run_main(monkeypatch, capsys, *estimate)
+    assert code == 0
+    said = [line for line in lines if line.startswith("Cache: ")]
+    assert len(said) == commands.COMPLAINTS_MAX + 1
+    assert all(line.startswith(f"Cache: {cache}") and "cannot be read (is no file)" in line for line in said[:-1])
+    assert said[-1] == f"Cache: {len(damaged) - commands.COMPLAINTS_MAX} more such problems"
+    [row] = read_estimates(out).to_dict("records")
+    assert "the detections that were kept cannot be read; run the detector again" in row["notes"]
+    assert row["flags"] == "detections-incomplete"
 
 
 def test_without_ids_all_recordings_are_inspected_but_views_with_a_file(tiny_dataset_root, detector):
