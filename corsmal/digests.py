@@ -2,6 +2,7 @@
 
 import dataclasses
 import hashlib
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,7 @@ def digest(*parts: Any) -> str:
 
 
 def file_fingerprint(path: str | Path) -> str:
-    """A file's size, its time of change (ns) and the last three parts of its path.
+    """A file's size, its time of change (ns), the last three parts of its path, and whether it may not be read.
 
     The folders are part of it because the views of one recording share a name, and after a download often the time.
     A dataset that is moved as a whole keeps its fingerprints.
@@ -54,7 +55,9 @@ def file_fingerprint(path: str | Path) -> str:
         raise FileError(path, f"cannot be read ({error.strerror})") from error
     if not path.is_file():
         raise FileError(path, "is no file")
-    return f"{status.st_size} bytes, {status.st_mtime_ns} ns, {'/'.join(path.absolute().parts[-3:])}"
+    may_read = os.access(path, os.R_OK, effective_ids=os.access in os.supports_effective_ids)
+    ending = "" if may_read else ", not readable"  # what is kept of such a file is not that of the file
+    return f"{status.st_size} bytes, {status.st_mtime_ns} ns, {'/'.join(path.absolute().parts[-3:])}{ending}"
 
 
 def _encode(value: Any) -> list[Chunk]:

@@ -5,6 +5,7 @@ Where the tests may mount one, the disk is a small one; elsewhere no file may gr
 
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -41,7 +42,8 @@ def disk(tmp_path: Path) -> Iterator[Path]:
     folder = tmp_path / "disk"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK_MB}m", "tmpfs", str(folder)]
-    is_mounted = sys.platform == "linux" and os.geteuid() == 0 and not subprocess.run(mount, check=False).returncode
+    is_allowed = sys.platform == "linux" and os.geteuid() == 0 and shutil.which("mount") is not None
+    is_mounted = is_allowed and not subprocess.run(mount, check=False, capture_output=True).returncode
     yield folder
     if is_mounted:
         subprocess.run(["umount", "-l", str(folder)], check=True)
@@ -214,6 +216,8 @@ def test_the_out_of_an_estimate(tiny_dataset_root, disk, fill, run_command, name
 
 
 def test_a_cache_that_is_full_costs_nothing_but_the_cache(tiny_dataset_root, disk, fill, run_command, monkeypatch):
+    if not os.path.ismount(disk):
+        pytest.skip("no disk may be mounted, so nothing can be written elsewhere either")
     monkeypatch.setenv("CORSMAL_CACHE", str(disk / "cache"))
     fill(0)
     out = disk.with_name("e.csv")

@@ -56,7 +56,7 @@ class Listing:
         files: names of its visible files.
         folders: names of its visible folders.
         hidden: names of hidden files that look like recordings' files.
-        broken: names of links that lead nowhere.
+        broken: names of what is neither: links that lead nowhere, pipes.
     """
 
     path: Path
@@ -83,14 +83,14 @@ def listing(folder: Path) -> Listing:
     try:
         with os.scandir(folder) as entries:
             for entry in entries:
-                is_file, is_folder = entry.is_file(), entry.is_dir()
+                is_file, is_folder = _kind(entry)
                 if entry.name.startswith(".") or entry.name.lower() in _OF_SYSTEMS:
                     hidden += [entry.name] if is_file else []
                 elif is_file:
                     files.append(entry.name)
                 elif is_folder:
                     folders.append(entry.name)
-                elif entry.is_symlink():
+                else:
                     broken.append(entry.name)
     except (FileNotFoundError, NotADirectoryError):
         return Listing(folder)
@@ -110,6 +110,14 @@ class Found:
 
     by_id: Mapping[str, Path]
     findings: tuple[Finding, ...] = ()
+
+
+def _kind(entry: os.DirEntry[str]) -> tuple[bool, bool]:
+    """Whether an entry of a folder is, or leads to, a file or a folder; a link in a circle is neither."""
+    try:
+        return entry.is_file(), entry.is_dir()
+    except OSError:
+        return False, False
 
 
 def files_by_id(inside: Listing, endings: Sequence[str], *, root: Path) -> Found:
@@ -137,8 +145,9 @@ def files_by_id(inside: Listing, endings: Sequence[str], *, root: Path) -> Found
                 Finding("warning", "unused", f"{why[0]} and is not used", f"{folder}/{name}", advice=why[1])
             )
     findings += folder_findings((inside.path / name for name in inside.folders), root=root)
-    links = (f"{folder}/{name}" for name in inside.broken)
-    findings += [Finding("warning", "unused", "is a link that leads nowhere", link) for link in links]
+    for name in inside.broken:
+        what = "is a link that leads nowhere" if (inside.path / name).is_symlink() else "is no file and is not used"
+        findings.append(Finding("warning", "unused", what, f"{folder}/{name}"))
     if inside.hidden:
         findings.append(_on_hidden(inside, folder))
     by_id = {}
