@@ -1,4 +1,4 @@
-"""The sizes and forms of the filling networks: the paper's with its presets and its authors', and a recurrent one."""
+"""The sizes and forms of the filling networks: the paper's with its presets and its authors', and two for short arrays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -151,15 +151,9 @@ class RecurrentConfig:
     network: Literal["recurrent"] = "recurrent"
 
     def __post_init__(self) -> None:
-        for name in ("channels", "features", "hidden"):
-            size = getattr(self, name)
-            if type(size) is not int or size < 1:
-                raise ArgumentError(f"{name} must be a positive whole number, got {size!r}")
-        if not (isinstance(self.dropout, float | int) and 0 <= self.dropout < 1):
-            raise ArgumentError(f"dropout must lie in 0..1, got {self.dropout!r}")
+        _check_sizes(self)
         if type(self.both_ways) is not bool:
             raise ArgumentError(f"both_ways must be true or false, got {self.both_ways!r}")
-        check_choice("decoding", self.decoding, get_args(Decoding))
         check_choice("network", self.network, ("recurrent",))
 
     @property
@@ -168,7 +162,50 @@ class RecurrentConfig:
         return "paper"
 
 
-AnyConfig = FillingConfig | RecurrentConfig
+@dataclass(frozen=True)
+class PooledConfig:
+    """Sizes of the network on statistics over time and how its answer is read.
+
+    Args:
+        channels: C, views.
+        features: features per row.
+        hidden: width between the two FC layers.
+        dropout: of the statistics and of what the heads are given, while training.
+        decoding: how type and level are read off the two heads' probabilities.
+        network: names this kind of network in files.
+
+    Raises:
+        ArgumentError: a size is not a positive whole number, or a choice is unknown.
+    """
+
+    channels: int = 3
+    features: int = 512
+    hidden: int = 64
+    dropout: float = 0.5
+    decoding: Decoding = "feasible"
+    network: Literal["pooled"] = "pooled"
+
+    def __post_init__(self) -> None:
+        _check_sizes(self)
+        check_choice("network", self.network, ("pooled",))
+
+    @property
+    def front_end(self) -> FrontEnd:
+        """As of the others; it is given none."""
+        return "paper"
+
+
+AnyConfig = FillingConfig | RecurrentConfig | PooledConfig
+
+
+def _check_sizes(config: RecurrentConfig | PooledConfig) -> None:
+    for name in ("channels", "features", "hidden"):
+        size = getattr(config, name)
+        if type(size) is not int or size < 1:
+            raise ArgumentError(f"{name} must be a positive whole number, got {size!r}")
+    if not (isinstance(config.dropout, float | int) and 0 <= config.dropout < 1):
+        raise ArgumentError(f"dropout must lie in 0..1, got {config.dropout!r}")
+    check_choice("decoding", config.decoding, get_args(Decoding))
 
 
 def check_together(configs: Sequence[AnyConfig]) -> None:

@@ -10,7 +10,7 @@ import torch
 
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
-from corsmal.filling.config import RecurrentConfig
+from corsmal.filling.config import PooledConfig, RecurrentConfig
 from corsmal.filling.files import read_filling
 from corsmal.filling.folds import spread_folds
 from corsmal.filling.fused import FusedConfig, FusedModel, read_fused, save_fused
@@ -30,8 +30,10 @@ def _sound() -> FillingTraining:
 
 
 def _sight() -> FillingTraining:
-    networks = (RecurrentConfig(channels=3, features=512, hidden=128, both_ways=False),) * 2
-    return FillingTraining(networks, passes="joint", keep="last", epochs=16, batch=32, rate=1e-3, schedule="cosine")
+    networks = (PooledConfig(),) * 3
+    return FillingTraining(
+        networks, passes="joint", keep="last", epochs=30, batch=64, rate=1e-3, schedule="cosine", weight_decay=0.1
+    )
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from corsmal.errors import ArgumentError
-from corsmal.filling.config import AnyConfig, FillingConfig, RecurrentConfig
+from corsmal.filling.config import AnyConfig, FillingConfig, PooledConfig, RecurrentConfig
+from corsmal.filling.inputs import checked_mask
+from corsmal.filling.pooled import PooledModel
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
 from corsmal.filling.recurrent import RecurrentModel
 
@@ -190,7 +191,7 @@ class FillingModel(nn.Module):
             (B, 4), (B, 3) and (B, T): the attention of the last block, mean over heads, without what the embedding
             pays to itself; sums to 1 over T.
         """
-        mask = self._checked(features, mask)
+        mask = checked_mask(features, mask, channels=self.config.channels, width=self.config.features)
         x = (features - self.feature_mean) / self.feature_std if self.config.standardise else features
         x = x if mask.all() else x * mask[:, None, :, None]  # zeros beyond the end, as the convolution's own padding
         x = self.cnn(x, mask)
@@ -212,20 +213,6 @@ class FillingModel(nn.Module):
             return self.get_buffer("first_position")
         return sinusoidal_positions(x.shape[1], x.shape[2]).to(x)
 
-    def _checked(self, features: Tensor, mask: Tensor | None) -> Tensor:
-        expected = (self.config.channels, self.config.features)
-        if features.ndim != 4 or (features.shape[1], features.shape[3]) != expected:
-            wanted = f"(B, {expected[0]}, T, {expected[1]})"
-            raise ArgumentError(f"features must be {wanted}, got {tuple(features.shape)}")
-        lengths = (features.shape[0], features.shape[2])
-        if mask is None:
-            mask = torch.ones(lengths, dtype=torch.bool, device=features.device)
-        if mask.shape != lengths or mask.dtype != torch.bool:
-            raise ArgumentError(f"mask must be {lengths} of bool, got {tuple(mask.shape)} of {mask.dtype}")
-        if not mask.any(dim=1).all():
-            raise ArgumentError("features must have at least one row in every recording")
-        return mask
-
 
 def sinusoidal_positions(length: int, width: int) -> Tensor:
     """(length, width) P[p, 2i] = sin(p / 10000^(2i / width)), P[p, 2i + 1] = the cosine of the same (paper 2.2)."""
@@ -234,17 +221,21 @@ def sinusoidal_positions(length: int, width: int) -> Tensor:
     return torch.stack([angles.sin(), angles.cos()], dim=-1).flatten(1)
 
 
-AnyModel = FillingModel | RecurrentModel
+AnyModel = FillingModel | RecurrentModel | PooledModel
 
 
 def build_model(config: AnyConfig) -> AnyModel:
     """The network of a config, with its first weights."""
-    return FillingModel(config) if isinstance(config, FillingConfig) else RecurrentModel(config)
+    if isinstance(config, FillingConfig):
+        return FillingModel(config)
+    return RecurrentModel(config) if isinstance(config, RecurrentConfig) else PooledModel(config)
 
 
 def config_of(content: Mapping[str, Any]) -> AnyConfig:
     """The config that a file holds."""
-    return RecurrentConfig(**content) if "network" in content else FillingConfig(**content)
+    if "network" not in content:
+        return FillingConfig(**content)
+    return RecurrentConfig(**content) if content["network"] == "recurrent" else PooledConfig(**content)
 
 
 def mean_logits(logits: Sequence[Tensor]) -> Tensor:

@@ -12,8 +12,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from corsmal.errors import ArgumentError
 from corsmal.filling.config import RecurrentConfig
+from corsmal.filling.inputs import checked_mask
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
 
 
@@ -64,7 +64,7 @@ class RecurrentModel(nn.Module):
         Returns:
             (B, 4), (B, 3) and (B, T): the share of the states whose maximum lies in the row; sums to 1 over T.
         """
-        mask = self._checked(features, mask)
+        mask = checked_mask(features, mask, channels=self.config.channels, width=self.config.features)
         count, channels, rows, width = features.shape
         own = mask.repeat_interleave(channels, dim=0)  # (B * C, T)
         pooled, peaks = self._pooled(features.reshape(count * channels, rows, width), own)
@@ -85,17 +85,3 @@ class RecurrentModel(nn.Module):
         highest, places = z.masked_fill(~mask[..., None], -torch.inf).max(dim=1)
         peaks = torch.zeros_like(mask, dtype=z.dtype).scatter_add_(1, places, torch.ones_like(highest))
         return torch.cat([z.sum(dim=1) / lengths[:, None], highest], dim=1), peaks / places.shape[1]
-
-    def _checked(self, features: Tensor, mask: Tensor | None) -> Tensor:
-        config = self.config
-        if features.ndim != 4 or (features.shape[1], features.shape[3]) != (config.channels, config.features):
-            wanted = f"(B, {config.channels}, T, {config.features})"
-            raise ArgumentError(f"features must be {wanted}, got {tuple(features.shape)}")
-        lengths = (features.shape[0], features.shape[2])
-        if mask is None:
-            mask = torch.ones(lengths, dtype=torch.bool, device=features.device)
-        if mask.shape != lengths or mask.dtype != torch.bool:
-            raise ArgumentError(f"mask must be {lengths} of bool, got {tuple(mask.shape)} of {mask.dtype}")
-        if not mask.any(dim=1).all():
-            raise ArgumentError("features must have at least one row in every recording")
-        return mask

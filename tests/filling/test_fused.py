@@ -8,14 +8,14 @@ import torch
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError, FileError
 from corsmal.filling import FillingPredictor, FusedPredictor, FusedTraining, cross_validate, train_fused
-from corsmal.filling.config import RecurrentConfig
+from corsmal.filling.config import PooledConfig, RecurrentConfig
 from corsmal.filling.fused import FusedConfig, FusedModel, read_fused, save_fused
 from corsmal.filling.fused_training import inner_folds, seen
 from corsmal.filling.senses import CONDITIONS, predictions_by_condition
 from tests.filling.made import JOINT, WIDTH, made_features, made_samples
 
 SOUND = RecurrentConfig(channels=2, features=WIDTH, hidden=4)
-SIGHT = RecurrentConfig(channels=3, features=8, hidden=4, both_ways=False)
+SIGHT = PooledConfig(features=8, hidden=4)
 TINY = FusedTraining(
     sound=replace(JOINT, networks=(SOUND,) * 2, epochs=2), sight=replace(JOINT, networks=(SIGHT,), epochs=2)
 )
