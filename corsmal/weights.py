@@ -148,7 +148,7 @@ def read_network(path: Path, kind: Kind, build: Callable[[Any], Network]) -> Net
     import torch  # noqa: PLC0415
 
     try:
-        network = build(_read_metadata(path, kind)[0])
+        network = build(read_metadata(path, kind)[0])
         state = safetensors.torch.load_file(path)
     except (OSError, safetensors.SafetensorError, TypeError, ValueError, LookupError, RuntimeError) as error:
         raise _foreign(path, kind) from error
@@ -167,11 +167,11 @@ def read_training(path: Path, kind: Kind) -> dict[str, Any]:
     Raises:
         FileError: it is absent, broken or of another network.
     """
-    return {} if is_state_dict(path) else _read_metadata(path, kind)[1]
+    return {} if is_state_dict(path) else read_metadata(path, kind)[1]
 
 
-def _read_metadata(path: Path, kind: Kind) -> tuple[Any, dict[str, Any]]:
-    """The config, with tuples for lists, and what the network was trained on."""
+def read_metadata(path: Path, kind: Kind) -> tuple[Any, dict[str, Any]]:
+    """The config, with tuples for lists, and what the network was trained on; errors as for ``read_training``."""
     import safetensors  # noqa: PLC0415 - only for those who read networks
 
     try:

@@ -55,7 +55,7 @@ FeatureFolder = Annotated[
     Path | None,
     typer.Option("--features", help="Folder of feature arrays, ID.npy; default: log-mel features of the audio."),
 ]
-FeatureFolders = Annotated[
+FeatureOptions = Annotated[
     list[Path] | None,
     typer.Option(
         "--features",

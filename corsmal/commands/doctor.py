@@ -109,7 +109,7 @@ def _on_networks(report: _Report) -> None:
 
     from corsmal.detection import SmallDetector
     from corsmal.detection.coco_weights import coco_weights_file
-    from corsmal.filling import FillingPredictor
+    from corsmal.filling import open_filling
     from corsmal.mass import MassPredictor
     from corsmal.weights import Kind, find_weights
 
@@ -120,7 +120,7 @@ def _on_networks(report: _Report) -> None:
     )
     openers: dict[Kind, Callable[[Path], object]] = {
         "detector": lambda path: SmallDetector(path, device="cpu"),
-        "filling": FillingPredictor,
+        "filling": open_filling,
         "mass": MassPredictor,
     }
     for kind, opened in openers.items():

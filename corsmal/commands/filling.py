@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from corsmal.commands import FeatureFolders, Root, RunFolder, complain, progress_bar, say, show
+from corsmal.commands import FeatureOptions, Root, RunFolder, complain, progress_bar, say, show
 from corsmal.errors import CorsmalError, FileError, NotFoundError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def train(
     root: Root,
     folder: RunFolder,
     *,
-    features: FeatureFolders = None,
+    features: FeatureOptions = None,
     preset: PresetOption = "paper",
     epochs: Epochs = None,
     retrain: Annotated[
@@ -75,7 +75,7 @@ def evaluate(
     root: Root,
     folder: RunFolder,
     *,
-    features: FeatureFolders = None,
+    features: FeatureOptions = None,
     preset: PresetOption = "paper",
     epochs: Epochs = None,
     folds: Annotated[

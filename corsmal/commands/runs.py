@@ -12,7 +12,7 @@ from corsmal.commands import (
     PRESET_HELP,
     SELECTION_HELP,
     DetectFirst,
-    FeatureFolder,
+    FeatureOptions,
     Ids,
     MatchViews,
     Offsets,
@@ -66,7 +66,7 @@ def estimate(
     ] = None,
     filling: Annotated[Path | None, _weights_option("filling")] = None,
     mass: Annotated[Path | None, _weights_option("mass")] = None,
-    features: FeatureFolder = None,
+    features: FeatureOptions = None,
     detector: DetectFirst = None,
     match: MatchViews = None,
     offset: Offsets = None,
@@ -81,6 +81,7 @@ def estimate(
     from corsmal.dataset import open_dataset
     from corsmal.estimation import TrainingMeans
     from corsmal.evaluation import write_estimates
+    from corsmal.filling.sight import FeatureFolders
     from corsmal.runs import load_run, make_run
     from corsmal.stages.settings import default_settings, find_detector, left_out_note
     from corsmal.store import Store
@@ -94,6 +95,7 @@ def estimate(
     if earlier is not None and all(option in (None, []) for option in options):
         settings, wanted = earlier.settings, earlier.recordings
     else:
+        folders = FeatureFolders.of(features or [])
         settings = default_settings(
             dataset,
             shape=chosen_shape if wall is None else replace(chosen_shape, wall_mm=wall),
@@ -101,7 +103,8 @@ def estimate(
             means=None if means is None else TrainingMeans.of(open_dataset(means)),
             filling=filling,
             mass=mass,
-            features=features,
+            features=folders.sound,
+            sight=folders.sight,
             detector=None if detector is None else find_detector(detector),
             matching=view_matching(match, offset),
         )

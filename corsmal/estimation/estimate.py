@@ -22,6 +22,7 @@ from corsmal.selection import FrameDetections, best_frame_of_view
 
 if TYPE_CHECKING:
     from corsmal.filling.features import Features
+    from corsmal.filling.sight import Senses
 
 
 def estimate(
@@ -33,7 +34,7 @@ def estimate(
     means: Mapping[str, float] | None = None,
     filling: PredictsFilling | None = None,
     mass: PredictsMass | None = None,
-    features: "Callable[[Recording], Features] | None" = None,
+    features: "Callable[[Recording], Features | Senses] | None" = None,
     fits: FitSource | None = None,
 ) -> Estimate:
     """Everything the system says about one recording.
@@ -52,7 +53,7 @@ def estimate(
             numbers.
         filling: tells type and level, such as ``FillingPredictor``; default: they are left out.
         mass: tells the container's mass, such as ``MassPredictor``; default: it is left out.
-        features: gives what ``filling`` listens to; default: log-mel of the sound, as it was trained on.
+        features: gives what ``filling`` is given; default: log-mel of the sound, as it was trained on.
         fits: gives the fits of single frames, with the same parameters; default: they are made anew.
 
     Returns:
@@ -154,15 +155,16 @@ def _with_filling(
     found: Estimate,
     recording: Recording,
     predictor: PredictsFilling,
-    features: "Callable[[Recording], Features] | None",
+    features: "Callable[[Recording], Features | Senses] | None",
 ) -> Estimate:
     from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
+    from corsmal.filling.fused_prediction import predicted_from  # noqa: PLC0415 - as above
 
     said: list[str] = []
     try:
         heard = (features or partial(recording_features, parameters=getattr(predictor, "front_end", None)))(recording)
         said = [prefixed("sound", note) for note in heard.notes]
-        prediction = predictor.predict(heard.values, steps_s=heard.row_s)
+        prediction = predicted_from(heard, predictor)
     except (ArgumentError, FileError, NotFoundError) as error:
         prediction = FillingPrediction.failed(str(error))
     said += [] if prediction.ok else [f"filling: {prediction.reason}"]

@@ -8,6 +8,7 @@ from .folds import spread_folds as spread_folds
 from .frontend import LogMelParameters as LogMelParameters
 from .frontend import log_mel as log_mel
 from .fused_prediction import FusedPredictor as FusedPredictor
+from .fused_prediction import open_filling as open_filling
 from .fused_training import FusedTraining as FusedTraining
 from .fused_training import train_fused as train_fused
 from .network import FillingModel as FillingModel

@@ -1,4 +1,4 @@
-"""The sizes and forms of the filling networks: the paper's with its presets and its authors', and two for short arrays."""
+"""The sizes and forms of the filling networks: the paper's with its presets and its authors', and two for arrays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

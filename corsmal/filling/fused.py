@@ -11,7 +11,8 @@ from corsmal.errors import ArgumentError
 from corsmal.filling.config import MODELS_MAX, AnyConfig, check_together
 from corsmal.filling.fusion import Answer, FusionGate, Sense
 from corsmal.filling.network import build_model, config_of, mean_logits
-from corsmal.weights import read_network, save_network
+from corsmal.state_dicts import is_state_dict
+from corsmal.weights import read_metadata, read_network, save_network
 
 
 @dataclass(frozen=True)
@@ -90,3 +91,12 @@ def read_fused(path: Path) -> FusedModel:
         return FusedModel(FusedConfig(*(tuple(map(config_of, sizes[sense])) for sense in ("sound", "sight"))))
 
     return read_network(path, "filling", build)
+
+
+def is_fused(path: Path) -> bool:
+    """Whether a file of filling weights holds a fused network.
+
+    Raises:
+        FileError: the file is absent, broken, or of another network.
+    """
+    return not is_state_dict(path) and isinstance(read_metadata(path, "filling")[0], Mapping)

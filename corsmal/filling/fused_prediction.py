@@ -10,10 +10,14 @@ from torch import Tensor
 
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
-from corsmal.filling.fused import FusedConfig, read_fused
+from corsmal.filling.features import Features
+from corsmal.filling.frontend import LogMelParameters
+from corsmal.filling.fused import FusedConfig, is_fused, read_fused
 from corsmal.filling.fusion import Answer, Sense
-from corsmal.filling.records import FillingPrediction
+from corsmal.filling.prediction import FillingPredictor
+from corsmal.filling.records import FillingPrediction, PredictsFilling
 from corsmal.filling.samples import FillingSample
+from corsmal.filling.sight import Senses
 from corsmal.weights import choose_device, network_digest, read_training
 
 
@@ -60,6 +64,11 @@ class FusedPredictor:
     def config(self) -> FusedConfig:
         """The sizes of both senses' networks."""
         return self._model.config
+
+    @property
+    def front_end(self) -> LogMelParameters:
+        """How the sound of a recording without arrays becomes rows."""
+        return LogMelParameters.of(self.config.sound[0].front_end)
 
     @torch.inference_mode()
     def predict(
@@ -117,6 +126,30 @@ class FusedPredictor:
         if not np.isfinite(array).all():
             raise ArgumentError(f"{name} must be finite, got NaN or infinity")
         return torch.tensor(array, dtype=torch.float32, device=self._device)[None]
+
+
+def open_filling(weights: Path) -> FillingPredictor | FusedPredictor:
+    """The predictor of a file of weights, whichever network it holds.
+
+    Raises:
+        FileError: the file is absent, broken, or of something else.
+    """
+    return FusedPredictor(weights) if is_fused(weights) else FillingPredictor(weights)
+
+
+def predicted_from(given: Features | Senses, predictor: PredictsFilling) -> FillingPrediction:
+    """What a recording holds, from ``recording_features`` or ``recording_senses``.
+
+    Raises:
+        ArgumentError: there is sight, and the predictor is no ``FusedPredictor``; or as for its ``predict``.
+    """
+    if isinstance(given, Features):
+        return predictor.predict(given.values, steps_s=given.row_s)
+    if not isinstance(predictor, FusedPredictor):
+        raise ArgumentError("the filling network reads sound only; name a fused one, or no features of the videos")
+    if given.sound is None:
+        return predictor.predict(None, sight=given.sight)
+    return predictor.predict(given.sound.values, sight=given.sight, steps_s=given.sound.row_s)
 
 
 def _numbers(logits: Tensor) -> NDArray[np.float64]:

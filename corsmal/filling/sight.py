@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.errors import FileError
-from corsmal.filling.features import read_array
+from corsmal.dataset.layout import Recording
+from corsmal.errors import FileError, NotFoundError
+from corsmal.filling.features import Features, read_array, recording_features
 
 WIDTH = 512
 """Features per row of R(2+1)D-18."""
@@ -18,6 +20,9 @@ VIEWS = 3
 
 CLIP_FRAMES = 16
 """Frames that a row is computed from."""
+
+ROW_S = CLIP_FRAMES / 30
+"""Seconds from one row to the next, at the dataset's frame rate."""
 
 
 @dataclass(frozen=True)
@@ -48,21 +53,69 @@ class FeatureFolders:
         return cls(**found)
 
 
-def sight_features(folder: Path, name: str) -> NDArray[np.float32]:
+@dataclass(frozen=True, eq=False)
+class Senses:
+    """What a fused network is given of one recording.
+
+    Args:
+        sound: features of its sound; None: it is missing.
+        sight: (3, T, 512) float32 of its videos; None: they are missing.
+        notes: sentences on what is missing, and on how the sound was read.
+    """
+
+    sound: Features | None
+    sight: NDArray[np.float32] | None
+    notes: tuple[str, ...]
+
+
+def recording_senses(recording: Recording, *, sight: Path, folder: Path | None = None, **heard: Any) -> Senses:
+    """A recording's sound and sight; either may be missing, which is noted.
+
+    Args:
+        recording: the recording.
+        sight: folder of ``sight_features``.
+        folder: of the sound's arrays; None: log-mel of the sound.
+        heard: further arguments of ``recording_features``. Where ``end_s`` ends the sound, sight ends, too.
+
+    Raises:
+        NotFoundError: both are missing.
+        FileError: an array or the sound is broken.
+    """
+    notes: list[str] = []
+    sound, seen = None, None
+    try:
+        sound = recording_features(recording, folder=folder, **heard)
+        notes += sound.notes
+    except NotFoundError as error:
+        notes.append(str(error))
+    try:
+        seen = sight_features(sight, recording.id, end_s=heard.get("end_s"))
+    except NotFoundError as error:
+        notes.append(str(error))
+    if sound is None and seen is None:
+        raise NotFoundError("; ".join(notes))
+    return Senses(sound, seen, tuple(notes))
+
+
+def sight_features(folder: Path, name: str, *, end_s: float | None = None) -> NDArray[np.float32]:
     """The rows of a recording's views, (3, T, 512) float32; a view that is missing is zero everywhere.
 
     Args:
         folder: holds ``ID.npy``, (3, T, 512), a row per 16 frames.
         name: the recording's id.
+        end_s: leave out clips that end later; default: none.
 
     Raises:
-        NotFoundError: the folder has no array of it.
+        NotFoundError: the folder has no array of it, or nothing was seen by then.
         FileError: the array is broken or of another form.
     """
     array = read_array(folder, name, width=WIDTH)
     if array.ndim != 3 or len(array) != VIEWS:
         raise FileError(folder / f"{name}.npy", f"has shape {array.shape} where ({VIEWS}, rows, {WIDTH}) is expected")
-    return np.ascontiguousarray(array, dtype=np.float32)
+    rows = array.shape[1] if end_s is None else int(end_s / ROW_S)
+    if not rows:
+        raise NotFoundError(f"recording {name} has no features of its views before {end_s:.2f} s")
+    return np.ascontiguousarray(array[:, :rows], dtype=np.float32)
 
 
 def _width(folder: Path) -> int:

@@ -48,6 +48,7 @@ def _made_with(run: Run) -> dict[str, str]:
         "detector": "none" if detector is None else f"{(run.digests['detector'] or '')[:24]}, step {detector.every}",
         "views matched": str(settings.matching),
         "features": "sound" if settings.features is None else str(settings.features),
+        "features of the videos": "none" if settings.sight is None else str(settings.sight),
         "training means": "none"
         if settings.means is None
         else f"{settings.means.source}, {digest('means', settings.means)[:8]}",

@@ -175,8 +175,8 @@ def _estimate_command(run: Run, dataset: Dataset) -> str:
     ids = [] if tuple(run.recordings) == tuple(dataset.ids) else [shlex.quote(each) for each in run.recordings]
     options = [_preset_option(run) or ""]
     options += [f"--{file.kind} {_weights_option(file)}" for file in (settings.filling, settings.mass) if file]
-    if settings.features is not None:
-        options.append(f"--features {shlex.quote(settings.features.name)}")
+    folders = [folder for folder in (settings.features, settings.sight) if folder is not None]
+    options += [f"--features {shlex.quote(folder.name)}" for folder in folders]
     if settings.detector is not None:
         options.append(f"--detector {settings.detector.method}")
     if settings.matching.by == "index":

@@ -100,6 +100,7 @@ class Run:
             "filling network": self.digests["filling"],
             "mass network": self.digests["mass"],
             "features": None if features is None else str(features),
+            **({} if self.settings.sight is None else {"sight": str(self.settings.sight)}),
             "detector": None if detector is None else (self.digests["detector"], detector.every),
             "matching of the views": self.settings.matching,
             "version of the method": self.method_version,

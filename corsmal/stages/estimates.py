@@ -1,7 +1,7 @@
 """Estimates, kept in the store so that an interrupted run resumes."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -23,7 +23,10 @@ from corsmal.store import Store, digest, file_fingerprint
 from corsmal.weights import RELEASED
 
 if TYPE_CHECKING:
+    from corsmal.filling.features import Features
+    from corsmal.filling.fused_prediction import FusedPredictor
     from corsmal.filling.prediction import FillingPredictor
+    from corsmal.filling.sight import Senses
     from corsmal.mass.prediction import MassPredictor
 
 KIND = "estimates"
@@ -47,14 +50,16 @@ class Predictors:
         filling: predicts type and level; None: they are left out.
         mass: predicts the container's mass; None: it is left out.
         features: folder of arrays for ``filling``; None: log-mel of the sound.
+        sight: folder of arrays of the videos, for a fused network; None: it hears only.
         selection: how detections are filtered and frames scored.
     """
 
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
     means: TrainingMeans | None = None
-    filling: "FillingPredictor | None" = None
+    filling: "FillingPredictor | FusedPredictor | None" = None
     mass: "MassPredictor | None" = None
     features: Path | None = None
+    sight: Path | None = None
     selection: SelectionParameters = field(default_factory=SelectionParameters)
 
     @property
@@ -82,6 +87,10 @@ class MadeWith(Protocol):
 
     @property
     def features(self) -> Path | None:
+        """See ``Predictors``."""
+
+    @property
+    def sight(self) -> Path | None:
         """See ``Predictors``."""
 
 
@@ -140,12 +149,15 @@ def estimate_with(
     **heard: Any,
 ) -> Estimate:
     """The estimate of a recording; ``heard`` are further arguments of ``recording_features``."""
-    features = None
+    features: Callable[[Recording], Features | Senses] | None = None
     if predictors.filling is not None:
         from corsmal.filling.features import recording_features  # noqa: PLC0415 - loads PyTorch
+        from corsmal.filling.sight import recording_senses  # noqa: PLC0415 - as above
 
-        front_end = predictors.filling.front_end
-        features = partial(recording_features, folder=predictors.features, parameters=front_end, **heard)
+        given = {"folder": predictors.features, "parameters": predictors.filling.front_end, **heard}
+        features = partial(recording_features, **given)
+        if predictors.sight is not None:
+            features = partial(recording_senses, sight=predictors.sight, **given)
     return estimate(
         recording,
         detections=detections,
@@ -211,5 +223,8 @@ def _files(recording: Recording, made_with: MadeWith) -> list[Any]:
         heard = None if path is None or made_with.filling is None else file_fingerprint(path)
     except FileError:
         heard = None
+    seen: list[str] = []
+    if made_with.sight is not None and (array := file_of(made_with.sight, recording.id, ".npy")).is_file():
+        seen = [file_fingerprint(array)]
     reading = [] if recording.is_synthetic else [READING_VERSION]
-    return [recording.id, calibration_fingerprints(recording), heard, *reading]
+    return [recording.id, calibration_fingerprints(recording), heard, *seen, *reading]

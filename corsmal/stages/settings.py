@@ -72,6 +72,7 @@ class EstimateSettings:
         filling: the filling network; None: type and level are left out.
         mass: the mass network; None: the container's mass is left out.
         features: folder of arrays for ``filling``; None: log-mel of the sound.
+        sight: folder of arrays of the videos, for a fused network; None: it hears only.
         detector: detects in recordings without detections before they are estimated; None: such a recording fails.
         matching: how the frames of the recordings' views are matched.
         selection: how detections are filtered and frames scored.
@@ -82,6 +83,7 @@ class EstimateSettings:
     filling: WeightsFile | None = None
     mass: WeightsFile | None = None
     features: Path | None = None
+    sight: Path | None = None
     detector: DetectorSettings | None = None
     matching: Matching = field(default_factory=Matching)
     selection: SelectionParameters = field(default_factory=SelectionParameters)
@@ -111,15 +113,16 @@ class EstimateSettings:
         Raises:
             FileError: weights are missing or broken.
         """
-        from corsmal.filling import FillingPredictor  # noqa: PLC0415 - loads PyTorch
+        from corsmal.filling import open_filling  # noqa: PLC0415 - loads PyTorch
         from corsmal.mass import MassPredictor  # noqa: PLC0415 - as above
 
         return Predictors(
             shape=self.shape,
             means=self.means,
-            filling=None if self.filling is None else FillingPredictor(self.filling.path),
+            filling=None if self.filling is None else open_filling(self.filling.path),
             mass=None if self.mass is None else MassPredictor(self.mass.path),
             features=self.features,
+            sight=self.sight,
             selection=self.selection,
         )
 
@@ -139,6 +142,7 @@ def default_settings(
     filling: Path | str | None = None,
     mass: Path | str | None = None,
     features: Path | None = None,
+    sight: Path | None = None,
     detector: DetectorSettings | None = None,
     matching: Matching | None = None,
 ) -> EstimateSettings:
@@ -159,6 +163,7 @@ def default_settings(
         means=means or _means_of_weights([file for file in (found["mass"], found["filling"]) if file is not None]),
         **found,
         features=None if features is None else features.resolve(),
+        sight=None if sight is None else sight.resolve(),
         detector=detector,
         matching=matching or Matching(),
         selection=selection or selection_of(shape),
