@@ -185,3 +185,22 @@ def test_views_are_matched_as_asked_and_flagged_rows_left_out(root, tmp_path):
     refused = CliRunner().invoke(cli.app, ["estimate", str(root), "--offset", "view1"])
     assert refused.exit_code == 2
     assert "is not like view1=0.4" in refused.output
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("detect", "ROOT"),
+        ("reproduce", "ROOT", "--out", "out"),
+        ("train", "mass", "ROOT", "run"),
+        ("evaluate", "mass", "ROOT"),
+        ("train", "wall", "ROOT"),
+    ],
+)
+def test_commands_that_fit_or_detect_match_views_as_asked(root, words):
+    arguments = [str(root) if word == "ROOT" else word for word in words]
+    for option, said in (("view1", "is not like view1=0.4"), ("view1=x", "is not like view1=0.4")):
+        refused = CliRunner().invoke(cli.app, [*arguments, "--offset", option])
+        assert (refused.exit_code, said in refused.output) == (2, True)
+    both = CliRunner().invoke(cli.app, [*arguments, "--match", "index", "--offset", "view1=0.1"])
+    assert isinstance(both.exception, ArgumentError)

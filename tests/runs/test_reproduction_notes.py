@@ -1,8 +1,14 @@
+import json
+
 import numpy as np
 import pandas as pd
 
+from corsmal.dataset.clock import Matching
 from corsmal.mass import MassRow
+from corsmal.runs.records import record_json, record_of
+from corsmal.runs.reproduction_files import _settings_words
 from corsmal.runs.reproduction_notes import filling_notes, mass_notes
+from corsmal.runs.reproduction_settings import ReproductionSettings
 
 
 def known(types, levels):
@@ -33,3 +39,12 @@ def test_containers_too_few_for_a_validation_part_are_said():
     ]
     assert mass_notes(rows[:3], share=0.2) == []
     assert [note.split(":")[0] for note in mass_notes(rows, share=0.2)] == ["Container wine glass"]
+
+
+def test_how_views_are_matched_is_kept_and_told():
+    settings = ReproductionSettings(matching=Matching(offsets_s=(("view2", 0.2),)))
+    kept = json.loads(json.dumps(record_json(settings)))
+    assert record_of(ReproductionSettings, kept) == settings
+    assert _settings_words(settings)["Views matched"] == "by time, view2 +0.2 s"
+    del kept["matching"]
+    assert record_of(ReproductionSettings, kept).matching == Matching()
