@@ -241,11 +241,11 @@ def test_each_rule_says_what_it_thinks_of_a_frame():
     assert first["one frame per 1 s"].passed
     assert not between["one frame per 1 s"].passed
     assert between["one frame per 1 s"].of_pair == "does not count; nearest: 30"
-    assert first["container"].of_views == ("no. 1, score 0.90 → 0.45",) * 2
+    assert first["container"].of_views == ("no. 1: 0.90 → 0.45",) * 2
     assert between["container"].of_views == ("none", "none")
     assert first["object in the middle"].of_views == ("none of no. 1", "no. 1")
     assert not first["object in the middle"].passed
-    assert best["container"].of_views[1] == "no. 2, score 0.80"
+    assert best["container"].of_views[1] == "no. 2: 0.80"
     assert best["score of the pair"].passed
     assert "the best frame" in best["score of the pair"].of_pair
     assert first["score of the pair"].of_pair == "none"
@@ -267,5 +267,5 @@ def test_the_papers_rungs_that_left_no_frame_are_named():
         each.rule
         for each in frame_verdicts({name: {0: low} for name in PAIR}, best, 0, parameters=SelectionParameters())
     ]
-    assert "container (centre rule: both thirds; it leaves no frame)" in rules
-    assert "container (centre rule: horizontal third)" in rules
+    assert "container (both thirds; leaves no frame)" in rules
+    assert "container (horizontal third)" in rules

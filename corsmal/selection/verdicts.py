@@ -55,7 +55,7 @@ def frame_verdicts(
         return (*sampled, inspected)
     evidence = [view_evidence(each, centre_rule=best.centre_rule, parameters=parameters) for each in seen]
     containers = Verdict(
-        f"container (centre rule: {best.centre_rule}{'; score → by its place' if parameters.place_weights else ''})",
+        f"container ({best.centre_rule}{'; score → by place' if parameters.place_weights else ''})",
         all(each.pixels is not None for each in evidence),
         of_views=tuple(map(_container_text, seen, evidence)),
     )
@@ -63,14 +63,14 @@ def frame_verdicts(
     if parameters.object_score_min is not None:
         rules.append(
             Verdict(
-                f"object in the middle (any class, {parameters.detections_max} highest scores)",
+                f"object in the middle (any class, {parameters.detections_max} highest)",
                 all(each.central is not None for each in evidence),
                 of_views=tuple(map(_central_text, evidence)),
             )
         )
     pixels = ("none" if each.pixels is None else f"{each.pixels:,} px" for each in evidence)
     rules.append(Verdict("N, the container's mask", None, of_views=tuple(pixels)))
-    name = "overlaps, twice" if parameters.score_rule == "overlaps" else "width of the union × height of the overlap"
+    name = "overlaps, twice" if parameters.score_rule == "overlaps" else "union's width × overlap's height"
     rules.append(Verdict(f"penalties ({name})", None, of_views=tuple(f"{each.penalty:,.0f} px" for each in evidence)))
     return (*rules, _score_verdict(views, best, frame, parameters, frames))
 
@@ -90,7 +90,7 @@ def _stricter_rungs(seen: list[Detections], best: BestFrame, parameters: Selecti
         evidence = [view_evidence(each, centre_rule=rule, parameters=parameters) for each in seen]
         texts = tuple(map(_container_text, seen, evidence))
         is_shown = all(each.pixels is not None for each in evidence)
-        verdicts.append(Verdict(f"container (centre rule: {rule}; it leaves no frame)", is_shown, of_views=texts))
+        verdicts.append(Verdict(f"container ({rule}; leaves no frame)", is_shown, of_views=texts))
     return verdicts
 
 
@@ -100,7 +100,7 @@ def _container_text(detections: Detections, evidence: ViewEvidence) -> str:
         return "none"
     score, weighted = detections.scores[container], evidence.filtered.scores[container]
     weight = "" if score == weighted else f" → {weighted:.2f}"
-    return f"no. {container + 1}, score {score:.2f}{weight}"
+    return f"no. {container + 1}: {score:.2f}{weight}"
 
 
 def _central_text(evidence: ViewEvidence) -> str:

@@ -22,7 +22,8 @@ RULES = {
     "middle half": "the authors' program's: from one to three quarters of the width",
 }
 
-PASSED = {True: "✓ passed", False: "✗ failed", None: "counted"}
+PASSED = {True: ("✓", "passed"), False: ("✗", "failed"), None: ("", "counted")}
+"""A rule's verdict on a frame: its sign, and what stands behind it where the rule says nothing else."""
 
 
 def selection_control() -> None:
@@ -88,9 +89,8 @@ def rules_table(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
     rows = [
         {
             "rule": verdict.rule,
-            "verdict": PASSED[verdict.passed],
+            "verdict": f"{PASSED[verdict.passed][0]} {verdict.of_pair or PASSED[verdict.passed][1]}".strip(),
             **dict(zip(best.pair, verdict.of_views or ("", ""), strict=True)),
-            "frame": verdict.of_pair,
         }
         for verdict in verdicts
     ]
@@ -99,7 +99,7 @@ def rules_table(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
         pd.DataFrame(rows),
         hide_index=True,
         height="content",
-        column_config={name: st.column_config.TextColumn(width="medium") for name in (*best.pair, "frame")},
+        column_config={name: st.column_config.TextColumn(width=140) for name in best.pair},
     )
 
 
