@@ -194,7 +194,7 @@ class _PlainUnpickler(pickle._Unpickler):
         try:
             return _ALLOWED[module, name]
         except KeyError:
-            raise ForbiddenError(f"{module}.{name}"[:80]) from None
+            raise ForbiddenError(ascii(f"{module}.{name}"[:80])[1:-1]) from None
 
     def count(self, code: int) -> None:
         """Count one opcode, and what it will copy of what is in the file."""

@@ -136,6 +136,13 @@ def test_pickle_that_calls_a_function_runs_nothing(tmp_path: Path, function: obj
     assert not trace.exists()
 
 
+def test_a_forbidden_name_stays_on_one_line(tmp_path: Path) -> None:
+    (tmp_path / "c.pickle").write_bytes(b"\x80\x04\x8c\x04os\nx\x8c\x06system\x93.")
+    with pytest.raises(FileError, match="was not loaded") as caught:
+        read_camera(tmp_path / "c.pickle")
+    assert "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize(
     "content",
     [
