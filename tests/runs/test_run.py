@@ -111,7 +111,7 @@ def test_what_another_version_wrote_is_no_run(store, change):
 def test_a_broken_file_is_set_aside(store):
     next((store.root / "runs").glob("*/*.json")).write_bytes(b"{")
     assert list_runs(store=store) == []
-    assert "unreadable" in store.problems[-1]
+    assert "cannot be read" in store.problems[-1]
 
 
 def test_changed_conditions_files_and_rows_have_other_digests(run, tmp_path):
