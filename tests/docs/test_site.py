@@ -66,6 +66,13 @@ def test_the_examples_of_docstrings_run():
     assert runner.summarize().failed == 0
 
 
+def test_the_table_of_presets_is_that_of_the_demo(store):
+    spec = importlib.util.spec_from_file_location("figures_of_the_site", SITE / "figures.py")
+    figures = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(figures)
+    assert figures.presets_table(store) == (SITE / "pictures" / "tuned.md").read_text(encoding="utf-8")
+
+
 def test_every_kind_of_finding_is_explained():
     kinds = {
         keyword.value.value
