@@ -49,6 +49,11 @@ def networks(found=FOUND, truth=TRUTH, *, row=None, left_out=None):
     return by_label(network_tiles(found.row() | weights | (row or {}), truth, left_out=left_out or {}))
 
 
+def test_a_row_of_an_earlier_version_has_no_flags():
+    row = {name: value for name, value in FOUND.row().items() if name != "flags"} | {"filling_weights": ""}
+    assert by_label(network_tiles(row, TRUTH, left_out={})) == networks(row={"filling_weights": ""})
+
+
 def test_every_tile_has_its_place_before_it_is_known():
     assert [tile.label for tile in PENDING] == [
         *("Filling", "Capacity", "Filling mass", "Object mass"),

@@ -127,7 +127,7 @@ def _mass_tiles(row: Mapping[str, Any], annotation: Annotation | None, left_out:
     container_true, filling_true = (getattr(annotation, name, None) for name in ("container_mass_g", "filling_mass_g"))
     filling, mass = left_out.get("filling", ""), left_out.get("mass", "")
     container = "" if str(row["status"]).startswith("fitted") else "training mean: nothing was fitted"
-    container = next((text for flag, text in ASSUMED.items() if flag in str(row["flags"])), container)
+    container = next((text for flag, text in ASSUMED.items() if flag in str(row.get("flags", ""))), container)
     tiles = [
         _mass_tile("Filling mass", row["filling_mass_g"], filling_true, filling, note="level × capacity × density"),
         _mass_tile(
