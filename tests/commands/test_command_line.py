@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+import soundfile
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
@@ -281,6 +282,27 @@ def test_unknown_pairs_and_selections_are_refused(tiny_dataset_root, options, sa
     result = RUNNER.invoke(cli.app, ["estimate", str(tiny_dataset_root), *options])
     assert result.exit_code == 2
     assert said in " ".join(result.output.replace("│", " ").split())
+
+
+def test_released_training_leaves_out_silence_and_the_recording_that_was_not_stopped(tmp_path, monkeypatch):
+    root = write_tiny_dataset(tmp_path / "data", recordings=12, frames=2)
+    soundfile.write(root / "audio" / "000004.wav", np.zeros((44_100, 8), np.int16), 44_100)
+    path = root / "ccm_tiny_annotation.json"
+    content = json.loads(path.read_text(encoding="utf-8"))
+    for row in content["annotations"]:
+        row["filling type"], row["filling level"] = ((0, 0), (1, 1), (2, 2), (3, 1))[row["id"] // 2 % 4]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    command = ["train", "filling", str(root), str(tmp_path / "run"), "--preset", "released", "--epochs", "1"]
+    dataset = open_dataset(root)
+    dataset._recordings["000005"] = replace(dataset["000005"], sound_end_s=0.5)
+    monkeypatch.setattr("corsmal.dataset.open_dataset", lambda _root: dataset)
+    result = RUNNER.invoke(cli.app, command)
+    assert result.exit_code == 0, result.output
+    said = " ".join(result.output.split())
+    assert "000004: the sound is silent in a microphone at 0.00 s" in said
+    assert "000005: left out, as by the authors' program" in said
+    seen = FillingPredictor(tmp_path / "run" / "filling.safetensors").trained_on.recordings
+    assert {"000004", "000005"}.isdisjoint(seen)
 
 
 def test_a_wall_is_learnt_and_estimated_with(tiny_dataset_root, networks, tmp_path):

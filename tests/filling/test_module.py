@@ -63,6 +63,29 @@ def test_rate_is_lowered_by_half_a_cosine():
     assert rates == pytest.approx([1, 0.5 + 0.125**0.5, 0.5, 0.5 - 0.125**0.5])
 
 
+def test_gradient_descent_steps_by_hand():
+    settings = replace(JOINT, optimiser="sgd", momentum=0.5, rate=0.1, weight_decay=0.0)
+    module = FillingModule(settings, 0, made_samples(21), [], seed=0)
+    optimiser, weights = module.configure_optimizers(), module.network.cls
+    before = weights.detach().clone()
+    for _ in range(2):
+        optimiser.zero_grad()
+        weights.sum().backward()  # a gradient of 1: the first step is 0.1, the second 0.1 (1 + 0.5)
+        optimiser.step()
+    torch.testing.assert_close(weights.detach(), before - 0.25)
+
+
+def test_rate_is_lowered_to_a_tenth_after_half_and_after_three_quarters():
+    module = FillingModule(replace(JOINT, schedule="steps", epochs=8), 0, made_samples(21), [], seed=0)
+    made = module.configure_optimizers()
+    rates = []
+    for _ in range(8):
+        rates.append(made["optimizer"].param_groups[0]["lr"] / JOINT.rate)
+        made["optimizer"].step()
+        made["lr_scheduler"].step()
+    assert rates == pytest.approx([1, 1, 1, 1, 0.1, 0.1, 0.01, 0.01])
+
+
 def test_alternating_epoch_is_the_type_pass_and_then_the_level_pass():
     module = FillingModule(PAPER, 0, made_samples(21), made_samples(7), seed=0)
     assert [batch.task for batch in module.train_dataloader()] == ["type"] * 3 + ["level"] * 3

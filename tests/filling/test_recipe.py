@@ -23,6 +23,14 @@ def test_tuned_averages_at_most_eight_networks_that_know_the_duration():
     assert {(network.duration_input, network.decoding) for network in tuned.networks} == {(True, "feasible")}
 
 
+def test_released_trains_the_authors_network_one_recording_at_a_time():
+    released = FillingTraining.of("released")
+    assert (released.batch, released.epochs, released.keep, released.tasks) == (1, 100, "best", ("type", "level"))
+    assert (released.optimiser, released.momentum, released.rate, released.schedule) == ("sgd", 0.5, 1e-3, "steps")
+    [network] = released.networks
+    assert (network.channels, network.hidden, network.head_hidden, network.dropout) == (8, 256, 32, 0.05)
+
+
 def test_settings_are_fitted_to_the_features_form():
     tuned = FillingTraining.tuned()
     fitted = tuned.fitted_to(channels=1, features=64)
@@ -43,6 +51,8 @@ def test_settings_are_fitted_to_the_features_form():
         {"batch": 2.0},
         {"rate": 0.0},
         {"weight_decay": -1.0},
+        {"momentum": 1.0},
+        {"optimiser": "adam"},
     ],
 )
 def test_settings_that_cannot_be_are_refused(changes):

@@ -113,8 +113,12 @@ def test_a_broken_file_is_named(tmp_path, content):
 
 def test_an_absent_file_and_half_a_file_are_errors(weights, tmp_path):
     weights.write_bytes(weights.read_bytes()[:-100])
-    for path in (weights, tmp_path / "absent.safetensors", tmp_path):
-        with pytest.raises(FileError, match="train mass"):
+    for path, words in (
+        (weights, "train mass"),
+        (tmp_path / "absent.safetensors", "train mass"),
+        (tmp_path, "is no file"),
+    ):
+        with pytest.raises(FileError, match=words):
             MassPredictor(path)
 
 

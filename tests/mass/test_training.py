@@ -44,6 +44,11 @@ def test_statistics_are_those_of_the_rows_that_are_trained_on(learnt):
     assert float(model.numbers_mean[2]) == pytest.approx((119 + 241) / 2)
 
 
+def test_the_least_mass_of_the_rows_is_kept(learnt):
+    result, _ = learnt
+    assert read_mass(result.path).config == replace(NETWORK, least_mass_g=10.0)
+
+
 def test_a_stopped_run_that_goes_on_ends_like_one_that_was_not(tmp_path):
     whole = train_mass(made_rows(), tmp_path / "whole", TINY)
     train_mass(made_rows(), tmp_path / "parts", replace(TINY, epochs=2))

@@ -7,7 +7,7 @@ from corsmal.dataset import Annotation
 from corsmal.estimation import Estimate, Fit
 from corsmal.filling import FillingPrediction
 from corsmal.shape import Dimensions, Hull
-from corsmal.ui.overview.numbers import PENDING, SEEN_IN_TRAINING, network_tiles, shape_tiles
+from corsmal.ui.overview.numbers import PENDING, SEEN_IN_TRAINING, UNKNOWN_TRAINING, network_tiles, shape_tiles
 
 FIT = Fit(("view3", "view1"), 25, Hull.failed("not looked at"), Dimensions(reason="not looked at"))
 FOUND = Estimate(
@@ -117,6 +117,17 @@ def test_a_prediction_that_failed_says_why():
     assert tiles["Filling"] == ("–", "no prediction", "recording 000618 has no sound")
     assert tiles["Filling mass"] == ("–", "not estimated", "annotated 0 g")
     assert tiles["Container mass"][0] == "12 g"
+
+
+def test_an_assumed_mass_says_so():
+    for flag, words in (("mass-assumed", "the network had no answer"), ("dimensions-assumed", "mean dimensions")):
+        assert words in networks(row={"flags": flag})["Container mass"][1]
+
+
+def test_numbers_of_the_authors_networks_are_not_called_held_out():
+    tiles = networks(row={"filling_weights": "released filling network 1", "filling_held_out": None})
+    assert tiles["Filling"][2].endswith(UNKNOWN_TRAINING)
+    assert UNKNOWN_TRAINING not in tiles["Container mass"][2]
 
 
 def test_numbers_of_a_network_that_saw_the_recording_are_stamped():
