@@ -22,6 +22,7 @@ from corsmal.commands.attribution import attribute
 from corsmal.commands.comparing import compare
 from corsmal.commands.demo import demo
 from corsmal.commands.doctor import doctor
+from corsmal.commands.features import features
 from corsmal.commands.reporting import report
 from corsmal.commands.reproducing import reproduce
 from corsmal.errors import CorsmalError
@@ -36,6 +37,7 @@ COMMANDS: dict[str, Command] = {
     "app": start_app,
     "demo": demo,
     "detect": detector.detect,
+    "features": features,
     "estimate": runs.estimate,
     "submit": runs.submit,
     "report": report,

@@ -22,6 +22,7 @@ import torch
 import typer
 from packaging.requirements import Requirement
 from torchvision.models.detection import maskrcnn_resnet50_fpn
+from torchvision.models.video import r2plus1d_18
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
@@ -314,6 +315,13 @@ def _(place: Place, arguments: list[str]) -> None:
     found = load_detections(open_dataset(place.dataset)[DETECTED_HERE], store=Store()).views
     assert set(found) == set(METHOD_VIEWS)
     assert all(0 in view for view in found.values())
+
+
+@check("features")
+def _(place: Place, arguments: list[str]) -> None:
+    torch.save(r2plus1d_18(weights=None).state_dict(), place.folder / "clips.pth")  # the path only: it knows nothing
+    run([*arguments, "--weights", str(place.folder / "clips.pth"), "--device", "cpu"])
+    assert np.load(place.folder / "OUT" / f"{DETECTED_HERE}.npy").shape == (3, 1, 512)
 
 
 @check("estimate")
