@@ -29,6 +29,13 @@ def show_problem(error: CorsmalError, *, before: str = "") -> None:
     show(before + plain(str(error)), icon=f":material/{icon}:")
 
 
+_ADDRESS = re.compile(r"(?<=\bwww)(?=\.)|(?<=:)(?=//(?!download\.pytorch\.org/))", re.IGNORECASE)
+"""Where text is taken for an address and shown as a link, whatever is escaped in it; weights' own may be one."""
+
+WORD_JOINER = "\u2060"
+"""A sign that is not seen and parts nothing."""
+
+
 def plain(text: str) -> str:
     """Text for a place that reads Markdown: names of files and what stood in an address are shown as they are."""
-    return re.sub(r"([\\`*_{}\[\]()<>#+!|$:~&-])", r"\\\1", text)
+    return re.sub(r"([\\`*_{}\[\]()<>#+!|$:~&-])", r"\\\1", _ADDRESS.sub(WORD_JOINER, text))

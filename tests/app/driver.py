@@ -17,6 +17,7 @@ from streamlit.testing.v1 import AppTest, local_script_runner
 from streamlit.util import calc_hash
 
 from corsmal.quantities import BY_NAME, GEOMETRY
+from corsmal.ui.messages import WORD_JOINER
 
 APP = Path(__file__).resolve().parents[2] / "app.py"
 PAGES = {
@@ -223,7 +224,7 @@ class Seen:
 
 def seen(markdown: str) -> str:
     """What a browser shows of a sentence in which some characters stand for themselves."""
-    return re.sub(r"\\([^a-zA-Z0-9\s])", r"\1", markdown)
+    return re.sub(r"\\([^a-zA-Z0-9\s])", r"\1", markdown).replace(WORD_JOINER, "")
 
 
 def rings(plot: dict[str, Any]) -> int:
