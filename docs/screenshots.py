@@ -32,7 +32,7 @@ PAGES = {
 }
 """Each page's address and a heading that stands on it when it is drawn."""
 CHROMIUM = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-START_MAX_S, SETTLED_S = 60.0, 6.0
+START_MAX_S, DRAWN_MAX_S, SETTLED_S = 60.0, 120.0, 6.0
 
 
 def main() -> None:
@@ -85,7 +85,7 @@ def open_download(page: Page) -> None:
 
 def save(page: Page, name: str) -> None:
     """A picture of 256 colours, a third of the size."""
-    shown = Image.open(io.BytesIO(page.screenshot()))
+    shown = Image.open(io.BytesIO(page.screenshot(timeout=1000 * DRAWN_MAX_S)))
     shown.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(PICTURES / f"{name}.png", optimize=True)
 
 
