@@ -52,17 +52,17 @@ class FusedModel(nn.Module):
         self.gate = FusionGate()
 
     def forward(self, sound: Tensor | None, sight: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
-        """Logits of type and level and the shares of sight, see ``FusionGate.forward``.
+        """Logits of type and level and the share of sight in the level, see ``FusionGate.forward``.
 
         Args:
             sound: (B, C, T, features) of sound; None: it is missing.
             sight: (B, views, T, features) of sight; None: it is missing.
         """
-        types, levels, shares = self.gate(
+        types, levels, share = self.gate(
             None if sound is None else self.answer("sound", sound),
             None if sight is None else self.answer("sight", sight),
         )
-        return types, levels, shares
+        return types, levels, share
 
     def answer(self, sense: Sense, features: Tensor) -> Answer:
         """What the networks of one sense say about features as in ``forward``."""

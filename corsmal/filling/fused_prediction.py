@@ -28,12 +28,12 @@ class FusedPrediction(FillingPrediction):
     Args:
         sound: what sound alone says; None: it is missing.
         sight: what sight alone says; None: it is missing.
-        sight_shares: of sight in the type and in the level, 0..1; 0 or 1 where a sense is missing.
+        sight_share: of sight in the level, 0..1; 0 or 1 where a sense is missing.
     """
 
     sound: FillingPrediction | None = None
     sight: FillingPrediction | None = None
-    sight_shares: tuple[float, float] | None = None
+    sight_share: float = 0.0
 
 
 class FusedPredictor:
@@ -50,7 +50,7 @@ class FusedPredictor:
     Example:
         >>> predictor = FusedPredictor(Path("filling.safetensors"))  # doctest: +SKIP
         >>> prediction = predictor.predict(sound, sight=sight)  # (C, T, 128), (3, T, 512)  # doctest: +SKIP
-        >>> prediction.filling_level, prediction.sight_shares  # doctest: +SKIP
+        >>> prediction.filling_level, prediction.sight_share  # doctest: +SKIP
     """
 
     def __init__(self, weights: Path, *, device: str | None = None) -> None:
@@ -93,7 +93,7 @@ class FusedPredictor:
         given = {"sound": self._checked("sound", features), "sight": self._checked("sight", sight)}
         heard = None if given["sound"] is None else self._model.answer("sound", given["sound"])
         seen = None if given["sight"] is None else self._model.answer("sight", given["sight"])
-        types, levels, shares = self._model.gate(heard, seen, calibrated=calibrated)
+        types, levels, share = self._model.gate(heard, seen, calibrated=calibrated)
         return FusedPrediction(
             _numbers(types),
             _numbers(levels),
@@ -101,7 +101,7 @@ class FusedPredictor:
             decoding="feasible",
             sound=self._alone(heard, None),
             sight=self._alone(None, seen),
-            sight_shares=(float(shares[0, 0]), float(shares[0, 1])),
+            sight_share=float(share[0]),
         )
 
     def predict_sample(self, sample: FillingSample) -> FusedPrediction:

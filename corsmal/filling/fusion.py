@@ -1,8 +1,9 @@
 """When to trust which sense: a gate between what networks of sound and of sight say, and calibrated probabilities.
 
-Both senses give probabilities of type and level. Their logarithms are mixed: the gate gives sight a share in the type
-and one in the level, which follow from what both senses say and how sure they are. Temperatures, of each head with both
-senses or with one of them only, make the probabilities mean what they say. Gate and temperatures are learned from
+Both senses give probabilities of type and level. The logarithms of the level's are mixed: the gate gives sight a share,
+which follows from what both senses say and how sure they are. The type is sound's where there is sound: within the
+training containers of the winners' folds a share of sight in it made it worse. A temperature, of each head with both
+senses or with one of them only, makes the probabilities mean what they say. Gate and temperatures are learned from
 recordings of containers that the networks had not seen, see ``train_fused``.
 """
 
@@ -36,14 +37,14 @@ STEPS_MAX = 200
 
 
 class FusionGate(nn.Module):
-    """The shares of sight in type and level, and the temperatures.
+    """The share of sight in the level, and the temperatures.
 
     Example:
         >>> gate = FusionGate()
         >>> sound = sight = (torch.rand(2, 4).log_softmax(dim=1), torch.rand(2, 3).log_softmax(dim=1))
-        >>> types, levels, shares = gate(sound, sight)
-        >>> types.shape, levels.shape, shares.shape
-        (torch.Size([2, 4]), torch.Size([2, 3]), torch.Size([2, 2]))
+        >>> types, levels, share = gate(sound, sight)
+        >>> types.shape, levels.shape, share.shape
+        (torch.Size([2, 4]), torch.Size([2, 3]), torch.Size([2]))
     """
 
     input_mean: Tensor
@@ -53,10 +54,10 @@ class FusionGate(nn.Module):
         super().__init__()
         self.register_buffer("input_mean", torch.zeros(INPUTS))
         self.register_buffer("input_std", torch.ones(INPUTS))
-        self.shares = nn.Linear(INPUTS, 2)
+        self.share = nn.Linear(INPUTS, 1)
         self.log_temperatures = nn.Parameter(torch.zeros(len(CASES), 2))
-        nn.init.zeros_(self.shares.weight)
-        nn.init.zeros_(self.shares.bias)
+        nn.init.zeros_(self.share.weight)
+        nn.init.zeros_(self.share.bias)
 
     def forward(
         self, sound: Answer | None, sight: Answer | None, *, calibrated: bool = True
@@ -64,28 +65,29 @@ class FusionGate(nn.Module):
         """What is answered where there are both senses, or one of them; if not ``calibrated``, at temperatures of 1.
 
         Returns:
-            (B, 4) and (B, 3) logits, and (B, 2) the shares of sight in them; 0 or 1 where a sense is missing.
+            (B, 4) and (B, 3) logits, and (B,) the share of sight in the level; 0 or 1 where a sense is missing.
 
         Raises:
             ArgumentError: both senses are missing.
         """
         if sound is not None and sight is not None:
             case = "both"
-            shares = self.shares((_inputs(sound, sight) - self.input_mean) / self.input_std).sigmoid()
-            types, levels = (torch.lerp(sound[head], sight[head], shares[:, head, None]) for head in (0, 1))
+            share = self.share((_inputs(sound, sight) - self.input_mean) / self.input_std).sigmoid()  # (B, 1)
+            types, levels = sound[0], torch.lerp(sound[1], sight[1], share)
+            share = share[:, 0]
         elif (own := sound or sight) is not None:
             case = "sight" if sound is None else "sound"
             types, levels = own
-            shares = torch.full((len(types), 2), float(sound is None))
+            share = torch.full((len(types),), float(sound is None))
         else:
             raise ArgumentError("sound or sight must be given, got neither")
         if not calibrated:
-            return types, levels, shares
+            return types, levels, share
         temperatures = self.log_temperatures[CASES.index(case)].exp()
-        return types / temperatures[0], levels / temperatures[1], shares
+        return types / temperatures[0], levels / temperatures[1], share
 
     def learn(self, sound: Answer, sight: Answer, *, types: Tensor, levels: Tensor) -> None:
-        """Fit shares and temperatures to recordings that the networks had not seen.
+        """Fit share and temperatures to recordings that the networks had not seen.
 
         Args:
             sound: what sound says about them.
@@ -99,15 +101,15 @@ class FusionGate(nn.Module):
         given = ((sound, None), (None, sight), (sound, sight))
 
         def loss(*, calibrated: bool) -> Tensor:
-            total = PENALTY * self.shares.weight.square().sum()
+            total = PENALTY * self.share.weight.square().sum()
             for senses in given if calibrated else given[-1:]:
                 found_types, found_levels, _ = self(*senses, calibrated=calibrated)
                 total = total + functional.cross_entropy(found_types, types)
                 total = total + functional.cross_entropy(found_levels, levels)
             return total
 
-        # one after the other: a low temperature would make up for shares that hardly differ
-        _minimise(partial(loss, calibrated=False), self.shares.parameters())
+        # one after the other: a low temperature would make up for a share that hardly differs
+        _minimise(partial(loss, calibrated=False), self.share.parameters())
         _minimise(partial(loss, calibrated=True), [self.log_temperatures])
 
 

@@ -13,7 +13,9 @@ import torch
 
 from corsmal.dataset import open_dataset
 from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, FillingPredictor, released, save_filling
+from corsmal.filling.config import PooledConfig, RecurrentConfig
 from corsmal.filling.features import recording_features
+from corsmal.filling.fused import FusedConfig, FusedModel, save_fused
 from corsmal.ui import media
 from corsmal.ui.filling import sound, timeline
 from corsmal.ui.filling.downloads import windows_table
@@ -274,8 +276,15 @@ def test_broken_or_missing_weights_leave_the_sound(
     broken = tmp_path / "broken.safetensors"
     broken.write_bytes(weights.read_bytes()[:500])
     other = write_weights(tmp_path / "other.safetensors", channels=1)
+    fused = tmp_path / "fused.safetensors"
+    save_fused(fused, FusedModel(FusedConfig((RecurrentConfig(hidden=2),), (PooledConfig(hidden=2),))))
     missing = tmp_path / "missing.safetensors"
-    for path, words in ((broken, "is not a file"), (other, "1 × 128 features"), (missing, "weights are missing")):
+    for path, words in (
+        (broken, "is not a file"),
+        (other, "1 × 128 features"),
+        (fused, "is of a fused network"),
+        (missing, "weights are missing"),
+    ):
         monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(path))
         visitor = Visitor(root).open("filling")
         assert visitor.crashes == []

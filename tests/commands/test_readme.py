@@ -30,7 +30,7 @@ from corsmal import detection
 from corsmal.dataset import open_dataset
 from corsmal.detection import MaskRCNNDetector
 from corsmal.evaluation import read_estimates
-from corsmal.filling import FillingPredictor, LogMelParameters
+from corsmal.filling import FillingPredictor, FusedPredictor, LogMelParameters
 from corsmal.mass import MassConfig, MassPredictor
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.detections import load_detections
@@ -135,6 +135,14 @@ class Place:
         """Other recordings of the same numbers: one frame more."""
         return write_tiny_dataset(self.folder / "TEST", frames=3)
 
+    def arrays(self, name: str, shape: tuple[int, ...]) -> Path:
+        """A folder with an array for every recording of the dataset."""
+        folder = self.folder / name
+        folder.mkdir(exist_ok=True)
+        for index, recording in enumerate(open_dataset(self.dataset)):
+            np.save(folder / f"{recording.id}.npy", np.random.default_rng(index).normal(size=shape))
+        return folder
+
     @cached_property
     def mass_network(self) -> Path:
         """A network that has seen every recording of the dataset."""
@@ -176,7 +184,9 @@ class Place:
             "DIR": lambda: self.demo,
             "OUT": lambda: self.folder / "OUT",
             "NAME": lambda: RUN_NAME,
-            "RUN": lambda: self.run_of(words_of(line) + (" released" if "released" in line else "")),
+            "RUN": lambda: self.run_of(" ".join([words_of(line), *({"released", "fused"} & set(line.split()))])),
+            "VGGISH": lambda: self.arrays("VGGISH", (4, 128)),
+            "R2PLUS1D": lambda: self.arrays("R2PLUS1D", (3, 5, 512)),
             "RUN/mass.safetensors": lambda: self.mass_network,
             "TEST": lambda: self.others,
             "000618": lambda: DETECTED_HERE,
@@ -416,6 +426,11 @@ def _(place: Place, arguments: list[str]) -> None:
     output = run([*arguments, "--epochs", "1"])
     weights = Path(arguments[3]) / "filling.safetensors"
     assert str(weights) in output
+    if "fused" in arguments:
+        fused = FusedPredictor(weights)
+        assert fused.predict(None, sight=np.ones((3, 2, 512), np.float32)).ok
+        assert len(fused.config.sound) + len(fused.config.sight) <= 8
+        return
     predictor = FillingPredictor(weights)
     front_end = LogMelParameters.of("released" if "released" in arguments else "paper")
     assert predictor.front_end == front_end

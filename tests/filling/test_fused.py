@@ -57,7 +57,8 @@ def test_prediction_holds_what_each_sense_says(weights):
     assert both.sound.probabilities == heard.probabilities
     assert both.sight.probabilities == watched.probabilities
     assert (heard.sight, watched.sound) == (None, None)
-    assert (heard.sight_shares, watched.sight_shares, both.sight_shares) == ((0, 0), (1, 1), (0.5, 0.5))
+    assert (heard.sight_share, watched.sight_share, both.sight_share) == (0, 1, 0.5)
+    assert both.type_probabilities == pytest.approx(heard.type_probabilities, abs=1e-6)
     # an untrained gate takes the mean of the logarithms
     expected = np.sqrt(heard.level_probabilities * watched.level_probabilities)
     assert both.level_probabilities == pytest.approx(expected / expected.sum(), abs=1e-6)
@@ -107,7 +108,7 @@ def test_training_ends_with_one_file_and_resumes(tmp_path):
     assert shares[-1] == pytest.approx(1)
     model = read_fused(path)
     assert (len(model.sound), len(model.sight)) == (2, 1)
-    assert model.gate.shares.weight.abs().sum() > 0
+    assert model.gate.share.weight.abs().sum() > 0
     assert FusedPredictor(path).trained_on == record
     before = path.stat().st_mtime_ns
     path.unlink()

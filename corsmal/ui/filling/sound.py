@@ -27,6 +27,8 @@ WINDOW_S = 1.0
 
 ADVICE = "train a network with `python -m corsmal train filling ROOT RUN` and set CORSMAL_FILLING_WEIGHTS to its file"
 
+NEEDED = "this page needs one that was trained on the sound of 8 microphones"
+
 WINDOWS_MAX = 60
 """Windows of a recording, so that a long one takes no longer."""
 
@@ -45,14 +47,15 @@ def predictor() -> "FillingPredictor":
 @cached(2, key=lambda path, fingerprint: (path, fingerprint), spinner="Reading the filling network")
 def _predictor(path: Path, fingerprint: str) -> "FillingPredictor":
     del fingerprint
-    from corsmal.filling import FillingPredictor  # noqa: PLC0415 - PyTorch takes seconds to import
+    from corsmal.filling import FusedPredictor, open_filling  # noqa: PLC0415 - PyTorch takes seconds to import
 
-    network = FillingPredictor(path)
+    network = open_filling(path)
+    if isinstance(network, FusedPredictor):
+        raise FileError(path, "is of a fused network, which is used by `estimate` and by commands; " + NEEDED)
     if (network.channels, network.config.features) != (8, 128):
         raise FileError(
             path,
-            f"is of a network for {network.channels} × {network.config.features} features; this page needs one that "
-            "was trained on the sound of 8 microphones",
+            f"is of a network for {network.channels} × {network.config.features} features; {NEEDED}",
         )
     return network
 
