@@ -9,6 +9,8 @@ be changed, deleted and added to.
 import json
 import os
 import shutil
+import threading
+import uuid
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -27,7 +29,7 @@ PACK = Path(__file__).parent / "pack"
 """Holds ``recordings``, a dataset, and ``results``, a store."""
 
 MARK = Path("truth", "pack.json")
-"""In the dataset: says when the pack was made. It is copied last: a folder that has it is whole."""
+"""In the dataset: says when the pack was made. A folder that has it is whole."""
 
 FOLDER, FULL_FOLDER = "demo-six", "demo-thirty"
 """Where the ready-made demo is opened and the full one is made, beneath the store's folder."""
@@ -35,7 +37,11 @@ FOLDER, FULL_FOLDER = "demo-six", "demo-thirty"
 RUNS = "runs"
 """Of the results, what is not copied but kept anew: a run names its dataset's folder and the files of its networks."""
 
-writing = partial(files.writing, advice="set CORSMAL_CACHE to a folder that can be written")
+ADVICE = "set CORSMAL_CACHE to a folder that can be written"
+
+writing = partial(files.writing, advice=ADVICE)
+
+_opening = threading.Lock()
 
 
 def demo_folder(store: Store) -> Path:
@@ -61,6 +67,8 @@ def is_open(store: Store) -> bool:
 def open_demo(*, store: Store | None = None) -> Path:
     """Copy the demo into the store, unless it is there; that of another version is replaced.
 
+    Threads and processes may do so at once: the dataset's folder appears whole.
+
     Args:
         store: default: the one that everything else uses.
 
@@ -71,21 +79,42 @@ def open_demo(*, store: Store | None = None) -> Path:
         FileError: the pack cannot be read, or the store cannot be written.
     """
     store = store or Store()
-    folder = demo_folder(store)
-    if is_open(store):
-        return folder
-    shutil.rmtree(folder, ignore_errors=True)
-    recordings, results = PACK / "recordings", PACK / "results"
+    if not is_open(store):
+        with _opening:
+            if not is_open(store):
+                _copy_pack(store)
+    return demo_folder(store)
+
+
+def _copy_pack(store: Store) -> None:
+    folder, recordings, results = demo_folder(store), PACK / "recordings", PACK / "results"
+    begun = folder.with_name(f".{FOLDER}.{uuid.uuid4().hex}")
     made_ns = made_when(recordings / MARK)
-    for path in _files(results):
-        if path.relative_to(results).parts[0] != RUNS:
-            _copy(path, store.root / path.relative_to(results), time_ns=made_ns)
-    for path in _files(recordings):
-        if path != recordings / MARK:
-            _copy(path, folder / path.relative_to(recordings), time_ns=made_ns)
-    _keep_runs(results, store=store)
-    _copy(recordings / MARK, folder / MARK, time_ns=made_ns)
-    return folder
+    try:
+        for path in _files(results):
+            if path.relative_to(results).parts[0] != RUNS:
+                _copy(path, store.root / path.relative_to(results), time_ns=made_ns)
+        for path in _files(recordings):
+            _copy(path, begun / path.relative_to(recordings), time_ns=made_ns)
+        _keep_runs(results, store=store)
+        _put_in_place(begun, folder, store)
+    finally:
+        shutil.rmtree(begun, ignore_errors=True)
+
+
+def _put_in_place(begun: Path, folder: Path, store: Store) -> None:
+    """Let a folder that is whole take the place of what is not this version's demo."""
+    for is_last in (False, True):
+        try:
+            os.rename(begun, folder)
+        except OSError as error:
+            if is_open(store):  # another process was faster
+                return
+            if is_last:
+                raise FileError(folder, f"cannot be written ({error.strerror}); {ADVICE}") from error
+            shutil.rmtree(folder, ignore_errors=True)
+        else:
+            return
 
 
 def set_times(folder: Path, time_ns: int) -> None:

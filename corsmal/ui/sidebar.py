@@ -13,7 +13,7 @@ from corsmal.ui import demo, following, look, permalinks, session, shared
 from corsmal.ui.choice import OF_DATASET, OF_RECORDING
 from corsmal.ui.copy_link import copy_link
 from corsmal.ui.folders import READ_ONLY, allowed_folder, data_root, default_folder, demo_folder, is_demo, is_read_only
-from corsmal.ui.messages import plain
+from corsmal.ui.messages import guarded, plain
 from corsmal.ui.pins import tray
 from corsmal.ui.recordings import has_video, listed, most_complete, recording_labels
 
@@ -33,7 +33,8 @@ def page_run(page: str) -> Iterator[None]:
     """
     with following.timed():
         _begin(page)
-        yield
+        with guarded():  # a file may be removed at any moment
+            yield
 
 
 def _begin(page: str) -> None:

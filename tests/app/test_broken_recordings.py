@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -233,3 +234,14 @@ def test_masks_that_fill_the_picture(root: Path) -> None:
     for view in ("view1", "view3"):
         put_mask(root / view / "detections" / f"{NAME}.json", slice(None), slice(None))
     assert "reprojection_view1" in look(root)["shape"].plots
+
+
+@pytest.mark.parametrize("page", ["overview", "frames", "shape", "filling"])
+def test_files_that_are_removed_while_they_are_shown_crash_no_page(root: Path, page: str) -> None:
+    visitor = Visitor(root).open(page)
+    dataset = visitor.test.session_state["dataset"]
+    for name in ("view1/rgb/000000.mp4", "view3/calib/000000.pickle", "audio/000000.wav"):
+        (root / name).unlink()
+    with patch("corsmal.ui.shared.dataset", return_value=dataset):  # listed just before
+        visitor.test.run()
+    assert visitor.crashes == []

@@ -3,7 +3,10 @@
 import json
 import os
 import shutil
+import subprocess
+import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
@@ -125,6 +128,23 @@ def test_one_that_was_copied_in_part_is_copied_again(opened, store):
     (opened.root / "audio" / f"{IDS[0]}.flac").unlink()
     open_demo(store=store)
     assert (opened.root / "audio" / f"{IDS[0]}.flac").is_file()
+
+
+def test_several_who_open_it_at_once_find_it_whole(store):
+    program = (
+        "import sys; from pathlib import Path; from corsmal.demo.opening import open_demo\n"
+        "from corsmal.store import Store; open_demo(store=Store(Path(sys.argv[1])))\n"
+    )
+    others = [subprocess.Popen([sys.executable, "-c", program, store.root], cwd=PACK.parents[2]) for _ in range(2)]
+
+    def size(_number):
+        return sum(path.stat().st_size for path in open_demo(store=store).rglob("*") if path.is_file())
+
+    with ThreadPoolExecutor(6) as threads:
+        sizes = set(threads.map(size, range(6)))
+    assert [process.wait(60) for process in others] == [0, 0]
+    assert sizes == {sum(path.stat().st_size for path in (PACK / "recordings").rglob("*") if path.is_file())}
+    assert not [path for path in store.root.iterdir() if path.name.startswith(".")]
 
 
 def test_a_store_that_cannot_be_written_is_one_sentence(blocked):
