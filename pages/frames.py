@@ -35,7 +35,7 @@ with controls, st.container(horizontal=True, vertical_alignment="bottom"):
 def browse(opened: OpenedRecording) -> None:
     frame = time_line(opened, best, keys=ALL_KEYS, is_large=True)
     if best.scores:
-        score_line(best, frame, frames=opened.frames)
+        score_line(opened, best, frame)
         score_plot(opened, best)
     rules_table(opened, best, frame)
     detections_tables(opened, best, frame)

@@ -59,11 +59,11 @@ def score_plot(opened: OpenedRecording, best: BestFrame) -> None:
     st.caption("Click a frame, or step with ← → (one), Page Up and Page Down (ten), Home and End.")
 
 
-def score_line(best: BestFrame, frame: int, *, frames: int) -> None:
+def score_line(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
     """Where the best frame is and by which rule, and the score of the chosen frame."""
     left, middle, right = st.columns(3)
     pair = " + ".join(best.pair)
-    inspected = f"{len(best.scores)} of {frames} frames inspected"
+    inspected = f"{len(best.scores)} of {opened.frames} frames inspected"
     if best.is_fallback:
         measure(left, f"Best frame of {pair}", best.frame, "fallback: no frame passed the rules")
     elif best.score is None or best.score.total is None:
@@ -74,8 +74,9 @@ def score_line(best: BestFrame, frame: int, *, frames: int) -> None:
     score = next((item for item in best.scores if item.frame == frame), None)
     if score is None or score.total is None:
         obstacles = [] if score is None else sorted({each for each in score.obstacles if each})
-        note = "not among the frames that count" if score is None else "no container in both views"
-        note = ", ".join(obstacles) or note
+        is_inspected = opened.is_inspected(best.pair, frame)
+        absent = "not among the frames that count" if is_inspected else "not inspected in both views"
+        note = ", ".join(obstacles) or (absent if score is None else "no container in both views")
         measure(right, f"Frame {frame}", "no score", note)
     else:
         parts = " + ".join(f"N {pixels or 0:,}" for pixels in score.mask_pixels)
