@@ -112,7 +112,11 @@ class MassConfig:
 
     @classmethod
     def released(cls) -> "MassConfig":
-        """The network of the authors' program, where it does otherwise than the paper."""
+        """The network of the authors' program, where it does otherwise than the paper.
+
+        How the program trains it is not known here, so it is trained like the others. Gradient descent as for the
+        filling does not do: with dimensions in mm the last ReLU answers 0 after a few steps, whatever it is given.
+        """
         return cls(
             axis="top",
             interpolation="linear",
@@ -166,11 +170,13 @@ class MassModel(nn.Module):
 
         The last layer answers in units of the masses' spread: weights of the order of one, and a learning rate that
         suits them, then do for grams. Its bias begins at the mean, so that its ReLU lets gradients through.
-        Nothing is changed where the config says not to standardise.
+        Where the config says not to standardise only the bias is set, so that the answers begin around the mean.
         """
-        if not self.config.standardise:
-            return
         values, targets = self._scaled(numbers.float()), self.as_target(mass_g.float())
+        if not self.config.standardise:
+            first = values.mean(dim=0) @ self.last.weight[0, -self.config.numbers :].detach()
+            nn.init.constant_(self.last.bias, float(targets.mean() - first))
+            return
         self.numbers_mean.copy_(values.mean(dim=0))
         self.numbers_std.copy_(values.std(dim=0, correction=0).clamp_min(STD_MIN))
         self.target_std.copy_(targets.std(correction=0).clamp_min(STD_MIN))

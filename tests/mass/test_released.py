@@ -169,8 +169,13 @@ def test_input_and_network_have_the_form_of_the_authors_program():
     expected, _ = square_image(slow_widened(mask), resize="stretch", interpolation="linear")
     np.testing.assert_array_equal(given.image, expected)
     assert given.numbers == SIZES
+    torch.manual_seed(0)
     model = MassModel(MassConfig.released())
-    model.learn_statistics(torch.rand(9, 3) * 100, torch.rand(9) * 50)
+    numbers = torch.rand(9, 3) * 100 + 50
+    model.learn_statistics(numbers, torch.rand(9) * 50 + 20)
+    with torch.inference_mode():
+        answers = model.eval()(torch.zeros(9, 1, 112, 112), numbers)
+    assert (answers > 0).any()  # its last ReLU lets gradients through
     assert torch.equal(model.numbers_std, torch.ones(3))
     assert model.target_std == 1
     assert sum(isinstance(layer, torch.nn.BatchNorm1d) for layer in model.modules()) == 1
