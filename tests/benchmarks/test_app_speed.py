@@ -75,7 +75,7 @@ def test_figures_of_a_slider_step(benchmark: BenchmarkFixture, opened: Opened, c
         ]
         for view in PAIR:
             mask = opened.mask(view)
-            figures.append(reprojection_figure.parts(images[view], mask, cameras[view], fit.hull, points=shape.points))
+            figures.append(reprojection_figure.parts(images[view], mask, cameras[view], fit.hull, parameters=shape))
         return [figure_json(figure) for figure in figures]
 
     assert all(benchmark(step))
@@ -100,7 +100,9 @@ def figure(opened: Opened, cameras, images, request: pytest.FixtureRequest):
     return {
         "hull": lambda: hull_figure.parts(fit.hull, fit.dimensions, cameras=cameras),
         "profile": lambda: profile_figure.parts(fit.hull, fit.dimensions, known=KNOWN),
-        "reprojection": lambda: reprojection_figure.parts(images[view], mask, cameras[view], fit.hull, points=19),
+        "reprojection": lambda: reprojection_figure.parts(
+            images[view], mask, cameras[view], fit.hull, parameters=ShapeParameters.paper()
+        ),
         "scores": lambda: score_figure.parts(opened.best),
     }[request.param]
 
