@@ -201,9 +201,11 @@ class Store:
 
     def _set_aside(self, path: Path, error: Exception) -> None:
         reason = getattr(error, "problem", None) or getattr(error, "strerror", None) or type(error).__name__
+        done = "it was set aside, and what can be computed is computed again"
         try:
             os.replace(path, _broken(path))
-            done = "it was set aside, and what can be computed is computed again"
+        except FileNotFoundError:  # by another process meanwhile
+            pass
         except OSError as failure:
             done = f"it cannot be set aside either ({failure.strerror}), delete it"
         self._note(f"{path}: cannot be read ({reason}); {done}")

@@ -1,6 +1,7 @@
 """Many recordings on a Dask cluster: several machines that share the dataset's folder and the store's."""
 
 import logging
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import ExitStack
@@ -12,9 +13,12 @@ from corsmal.engines.engine import Outcome, Task, attempt, never
 from corsmal.errors import CorsmalError
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client, Future, as_completed
 
 TIMEOUT_S = 10
+WORKERLESS_S = 60.0
+"""How long a cluster may be without workers while it has work."""
+POLL_S = 0.02
 AHEAD = 2
 """Recordings that are on their way to each of the cluster's threads; more would only wait in memory."""
 
@@ -59,15 +63,18 @@ class DaskCluster:
                     answers.add(future)
 
             submit()
-            for future in answers:
+            while running:
+                for future in _answered(client, answers, cancelled=cancelled):
+                    if cancelled():
+                        return
+                    index = running.pop(future)
+                    if _lost_its_worker(future):
+                        suspects.append(index)
+                    else:
+                        yield _outcome(future, index)
+                    submit()
                 if cancelled():
                     return
-                index = running.pop(future)
-                if _lost_its_worker(future):
-                    suspects.append(index)
-                else:
-                    yield _outcome(future, index)
-                submit()
             for index in suspects:  # one after the other: a worker ends with all that it was given, whoever is to blame
                 if cancelled():
                     return
@@ -91,6 +98,33 @@ class DaskCluster:
             raise CorsmalError(
                 f"the Dask scheduler {where} does not answer ({error}); start it or name another"
             ) from error
+
+
+def _answered(client: "Client", answers: "as_completed", *, cancelled: Callable[[], bool]) -> "list[Future]":
+    """The futures that are done by now; waits for the first of them, unless the work is to stop.
+
+    Raises:
+        CorsmalError: the cluster has no workers and gets none.
+    """
+    alive_s = time.monotonic()
+    while not (done := list(answers.next_batch(block=False))) and not cancelled():
+        time.sleep(POLL_S)
+        now_s = time.monotonic()
+        if now_s - alive_s > WORKERLESS_S / 10 and _has_workers(client):
+            alive_s = now_s
+        if now_s - alive_s > WORKERLESS_S:
+            raise CorsmalError(
+                f"the Dask cluster has had no worker for {WORKERLESS_S:.0f} s; what was done is kept: start workers, "
+                "and give the same command"
+            )
+    return done
+
+
+def _has_workers(client: "Client") -> bool:
+    try:
+        return bool(client.nthreads())
+    except OSError:  # the scheduler is lost: so are its futures, which say so
+        return False
 
 
 def _lost_its_worker(future: "Future") -> bool:

@@ -17,7 +17,7 @@ def heading(title: str) -> DeltaGenerator:
     Returns:
         Where the page's own controls go: beside the title.
     """
-    left, controls = st.columns([1, 4], vertical_alignment="bottom")
+    left, controls = st.columns([1, 4])
     left.title(title)
     return controls
 

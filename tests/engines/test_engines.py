@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from distributed import LocalCluster
 
+from corsmal.engines import dask_cluster
 from corsmal.engines.dask_cluster import DaskCluster
 from corsmal.engines.engine import completed_rows, in_turn, run_batch
 from corsmal.engines.processes import Processes
@@ -31,9 +32,9 @@ def settings(tmp_path_factory):
     return EstimateSettings(**{name: find_weights(name, path) for name, path in paths.items()})
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def cluster():
-    """The address of a running cluster."""
+    """The address of a running cluster; one for each test, since some kill its workers."""
     with LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=CRITICAL
     ) as cluster:
@@ -105,6 +106,16 @@ def test_cancelled_work_ends_early(engine, dataset):
     cancelled = {"progress": lambda step, _: done.append(step), "cancelled": lambda: 2 in done}
     rows = list(completed_rows(Faulty(), recordings, engine=engine, **cancelled))
     assert [row["status"] for row in rows] == ["done", "done"]
+
+
+def test_a_cluster_without_workers_is_given_up(dataset, monkeypatch):
+    monkeypatch.setattr(dask_cluster, "WORKERLESS_S", 0.4)
+    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0", silence_logs=CRITICAL) as cluster:
+        engine = DaskCluster(cluster.scheduler_address)
+        with pytest.raises(CorsmalError, match="no worker for 0 s; what was done is kept: start workers"):
+            run_batch(Faulty(), list(dataset), engine=engine)
+        monkeypatch.setattr(dask_cluster, "WORKERLESS_S", 600)
+        assert list(completed_rows(Faulty(), list(dataset), engine=engine, cancelled=lambda: True)) == []
 
 
 def test_no_recordings_are_no_rows(engine):
