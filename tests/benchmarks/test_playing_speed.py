@@ -55,6 +55,13 @@ def page(folder: Path) -> Iterator[Page]:
         browser.close()
 
 
+def skip_unmeasured(benchmark: BenchmarkFixture) -> None:
+    """The browser takes a minute, and its journey is tested elsewhere."""
+    if not benchmark.enabled:
+        benchmark(int)  # else the plugin warns that its fixture was not used
+        pytest.skip("nothing is measured")
+
+
 def opened_until_found(page: Page) -> None:
     """Step to one recording after the other, which nobody inspected, and wait until each search has ended."""
     for _ in MEASURED:
@@ -63,12 +70,16 @@ def opened_until_found(page: Page) -> None:
         page.wait_for_function(HAS_ENDED)
 
 
-def test_open_to_best_frame_while_the_time_line_plays(benchmark: BenchmarkFixture, page: Page) -> None:
-    benchmark.pedantic(opened_until_found, args=(page,), rounds=1)
+def test_open_to_best_frame_while_the_time_line_plays(
+    benchmark: BenchmarkFixture, request: pytest.FixtureRequest
+) -> None:
+    skip_unmeasured(benchmark)
+    benchmark.pedantic(opened_until_found, args=(request.getfixturevalue("page"),), rounds=1)
 
 
-def test_bare_forward_passes(benchmark: BenchmarkFixture, page: Page, folder: Path) -> None:
-    del page  # it has searched all of them
+def test_bare_forward_passes(benchmark: BenchmarkFixture, request: pytest.FixtureRequest, folder: Path) -> None:
+    skip_unmeasured(benchmark)
+    request.getfixturevalue("page")  # it has searched all of them
     dataset, store = open_dataset(folder / "demo"), Store(folder / "cache")
     inspected = {
         name: {view: found.frames for view, found in load_detections(dataset[name], store=store).views.items()}
