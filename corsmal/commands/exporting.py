@@ -63,14 +63,16 @@ def rerun(
 
 def _heard(recording: "Recording") -> "tuple[FillingPrediction, ...]":
     """What the filling network says of each second; nothing where no network is meant for the recording."""
-    from corsmal.filling import FillingPredictor
+    from corsmal.filling import FillingPredictor, open_filling
     from corsmal.filling.features import recording_features
     from corsmal.weights import find_weights
 
     weights = find_weights("filling")
     if recording.audio_path is None or (weights.origin == "bundled" and not recording.is_synthetic):
         return ()
-    features = recording_features(recording)
+    predictor = open_filling(weights.path)
+    if not isinstance(predictor, FillingPredictor):  # one of sound and sight has no answer to a second of sound
+        return ()
+    features = recording_features(recording, parameters=predictor.front_end)
     window, hop = (max(1, round(length_s / features.row_s)) for length_s in (WINDOW_S, HOP_S))
-    predictor = FillingPredictor(weights.path)
     return tuple(predictor.predict_windows(features.values, window=window, hop=hop, steps_s=features.row_s))
