@@ -5,6 +5,7 @@ from .attribution_words import stage_sentences as stage_sentences
 from .calibration import calibration_error as calibration_error
 from .calibration import calibration_table as calibration_table
 from .calibration import condition_table as condition_table
+from .calibration import judged_confidences as judged_confidences
 from .calibration import reliability_table as reliability_table
 from .calibration import risk_coverage_table as risk_coverage_table
 from .cells import cell_table as cell_table

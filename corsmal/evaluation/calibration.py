@@ -85,6 +85,20 @@ def confidences(predictions: pd.DataFrame, quantity: str) -> tuple[NDArray[np.fl
     return shares[np.arange(len(known)), predicted], (known[TRUE[quantity]] == predicted).to_numpy()
 
 
+def judged_confidences(errors: pd.DataFrame, quantity: str) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The probability of every judged answer of a run, and whether it is right.
+
+    Args:
+        errors: from ``error_table``; answers whose probability is not known are left out.
+        quantity: ``filling_type`` or ``filling_level``.
+
+    Returns:
+        (n,) and (n,); n may be 0.
+    """
+    known = errors[errors[f"{quantity}_correct"].notna() & errors[f"{quantity}_confidence"].notna()]
+    return known[f"{quantity}_confidence"].to_numpy(dtype=np.float64), known[f"{quantity}_correct"].to_numpy(dtype=bool)
+
+
 def calibration_table(tables: Mapping[str, pd.DataFrame], quantity: str = "filling_level") -> pd.DataFrame:
     """How well calibrated the answers of one or several cross-validations are.
 

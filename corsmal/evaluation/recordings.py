@@ -27,8 +27,9 @@ def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame, *, protocol: 
           estimates it and the protocol does not leave it out;
         - ``*_error_percent``: 100 (estimate − truth) / truth, NaN where it is not judged or there is no estimate.
           Training means that stand in for a failed fit are estimates like others: ``failed`` tells them apart;
-        - ``filling_type``, ``filling_level`` (predicted), the same with ``_true``, and with ``_correct``: NA where it
-          is not judged; false where there is no answer;
+        - ``filling_type``, ``filling_level`` (predicted), the same with ``_true``, with ``_correct``: NA where it is
+          not judged; false where there is no answer; and with ``_confidence``: the probability of the predicted class,
+          NaN where it is not known;
         - ``filling_mass_error_g``: estimate − truth, NaN where either is missing or the filling is left out.
 
         ``attrs["notes"]`` holds sentences on what was missing or left out.
@@ -62,6 +63,7 @@ def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame, *, protocol: 
             columns[name] = table[name].astype("Int64")
             columns[f"{name}_true"] = truth[name].astype("Int64")
             columns[f"{name}_correct"] = (table[name] == truth[name]).astype("boolean").where(judged)
+            columns[f"{name}_confidence"] = _confidence(table, name)
             continue
         # A relative error needs a truth: where it is unknown, 1 stands in until the error is taken away again.
         errors = pd.Series(relative_errors(table[name], truth[name].fillna(1.0)), index=table.index)
@@ -71,6 +73,14 @@ def error_table(estimates: pd.DataFrame, annotation: pd.DataFrame, *, protocol: 
     result = pd.DataFrame(columns, index=table.index).assign(protocol=protocol)
     result.attrs["notes"] = tuple(notes)
     return result
+
+
+def _confidence(table: pd.DataFrame, name: str) -> pd.Series:
+    """The probability of the predicted class; NaN where there is none, or what stands there is no probability."""
+    head, found = name.removeprefix("filling_"), pd.Series(float("nan"), index=table.index)
+    for number in range(len(CLASS_NAMES[name])):
+        found = found.mask(table[name] == number, table[f"{head}_p{number}"])
+    return found.where(found.between(0, 1))
 
 
 def _unknown(truth: pd.Series) -> list[str]:

@@ -1,9 +1,10 @@
 """The answer of one head of the filling network: probabilities and logits."""
 
+from collections.abc import Mapping
 from typing import Literal
 
 from corsmal.figures.drawing import Drawing, Drawn
-from corsmal.figures.style import LEVEL_COLOURS, TRUTH, TYPE_COLOURS, bars, plain_layout, scatter
+from corsmal.figures.style import LEVEL_COLOURS, SIGHT, SOUND, TRUTH, TYPE_COLOURS, Part, bars, plain_layout, scatter
 from corsmal.filling import FillingPrediction
 
 Head = Literal["type", "level"]
@@ -14,17 +15,28 @@ RANGE_PCT, NUMBERS_PCT = [0, 240], 104
 
 ROW_PX = 24
 
+MARKS: dict[str, Part] = {
+    "whole recording": {"symbol": "line-ns-open", "size": 18, "color": TRUTH, "line": {"width": 2}},
+    "sound": {"symbol": "circle", "size": 10, "color": SOUND, "line": {"color": "#FFFFFF", "width": 1.5}},
+    "sight": {"symbol": "square", "size": 10, "color": SIGHT, "line": {"color": "#FFFFFF", "width": 1.5}},
+}
+"""Of what stands beside an answer."""
+
 
 @Drawing
 def answer_figure(
-    prediction: FillingPrediction, *, head: Head, whole: FillingPrediction | None = None, true: str | None = None
+    prediction: FillingPrediction,
+    *,
+    head: Head,
+    beside: Mapping[str, FillingPrediction] | None = None,
+    true: str | None = None,
 ) -> Drawn:
     """A bar per class with its probability in percent, and its logit in brackets; classes from above in their order.
 
     Args:
         prediction: of what is heard; it did not fail.
         head: which of its two answers.
-        whole: of the whole recording, drawn as a mark on each bar.
+        beside: other predictions by a key of ``MARKS``, drawn as marks on each bar.
         true: the annotated class, where it is known; marked by a diamond.
     """
     colours = HEAD_COLOURS[head]
@@ -44,11 +56,10 @@ def answer_figure(
             **silent,
         ),
     ]
-    if whole is not None:
-        mark = {"symbol": "line-ns-open", "size": 18, "color": TRUTH, "line": {"width": 2}}
-        percent = 100 * getattr(whole, f"{head}_probabilities")
-        shown = "whole recording: %{x:.0f} %<extra></extra>"
-        traces.append(scatter(percent, rows, mode="markers", marker=mark, name="whole recording", hovertemplate=shown))
+    for name, other in (beside or {}).items():
+        percent = 100 * getattr(other, f"{head}_probabilities")
+        shown = f"{name}: %{{x:.0f}} %<extra></extra>"
+        traces.append(scatter(percent, rows, mode="markers", marker=MARKS[name], name=name, hovertemplate=shown))
     ticks = {"tickvals": rows, "ticktext": [f"<b>◆ {name}</b>" if name == true else name for name in colours]}
     layout = plain_layout(
         height=ROW_PX * len(rows) + 6,

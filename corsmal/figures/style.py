@@ -30,6 +30,7 @@ AXIS = "#D946EF"
 INPUT_COLOURS = ("#7C6CF2", "#0EA5E9", "#84A816", "#F472B6")
 """Top width, bottom width, height, and mm per pixel."""
 SOUND = "#5B8DEF"
+SIGHT = "#E08D3C"
 ATTENTION = "#CC79A7"
 
 TYPE_COLOURS = {"none": "#A3ACB9", "pasta": "#E9B44C", "rice": "#8DB66B", "water": "#5AA9E6"}

@@ -18,6 +18,7 @@ from .records import FEASIBLE_PAIRS as FEASIBLE_PAIRS
 from .records import LEVEL_NAMES as LEVEL_NAMES
 from .records import TYPE_NAMES as TYPE_NAMES
 from .records import FillingPrediction as FillingPrediction
+from .records import FusedPrediction as FusedPrediction
 from .records import decode as decode
 from .samples import FillingSample as FillingSample
 from .samples import filling_samples as filling_samples

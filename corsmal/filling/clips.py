@@ -90,7 +90,14 @@ class ClipNetwork:
 
 
 def seen_by_network(frame: NDArray[np.uint8], *, crop: Box | None = None) -> NDArray[np.float32]:
-    """(112, 112, 3) standardised RGB of a frame: its middle, or a crop of it.
+    """``square_seen``, standardised, (112, 112, 3) float32."""
+    square = square_seen(frame, crop=crop)
+    seen: NDArray[np.float32] = ((square / np.float32(255) - MEAN) / DEVIATION).astype(np.float32)
+    return seen
+
+
+def square_seen(frame: NDArray[np.uint8], *, crop: Box | None = None) -> NDArray[np.uint8]:
+    """(112, 112, 3) uint8 RGB of a frame: its middle, or a crop of it.
 
     Raises:
         ArgumentError: the crop is empty or lies outside.
@@ -98,14 +105,12 @@ def seen_by_network(frame: NDArray[np.uint8], *, crop: Box | None = None) -> NDA
     if crop is None:
         scaled = cv2.resize(frame, WHOLE[::-1], interpolation=cv2.INTER_AREA)
         top, left = ((length - SIDE) // 2 for length in WHOLE)
-        square = scaled[top : top + SIDE, left : left + SIDE]
-    else:
-        left, top, right, bottom = crop
-        if not (0 <= left < right <= frame.shape[1] and 0 <= top < bottom <= frame.shape[0]):
-            raise ArgumentError(f"crop must lie in a frame of {frame.shape[1]} x {frame.shape[0]}, got {crop}")
-        square = cv2.resize(frame[top:bottom, left:right], (SIDE, SIDE), interpolation=cv2.INTER_AREA)
-    seen: NDArray[np.float32] = ((square / np.float32(255) - MEAN) / DEVIATION).astype(np.float32)
-    return seen
+        return scaled[top : top + SIDE, left : left + SIDE].astype(np.uint8)
+    left, top, right, bottom = crop
+    if not (0 <= left < right <= frame.shape[1] and 0 <= top < bottom <= frame.shape[0]):
+        raise ArgumentError(f"crop must lie in a frame of {frame.shape[1]} x {frame.shape[0]}, got {crop}")
+    shown = cv2.resize(frame[top:bottom, left:right], (SIDE, SIDE), interpolation=cv2.INTER_AREA)
+    return shown.astype(np.uint8)
 
 
 def square_around(boxes: NDArray[np.floating], *, width: int, height: int, margin: float = 0.5) -> Box:

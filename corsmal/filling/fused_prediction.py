@@ -1,6 +1,7 @@
 """Filling type and level of a recording from its sound, its views, or both."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -9,31 +10,16 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from corsmal.dataset import TrainedOn
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.filling.features import Features
 from corsmal.filling.frontend import LogMelParameters
 from corsmal.filling.fused import FusedConfig, is_fused, read_fused
 from corsmal.filling.fusion import Answer, Sense
 from corsmal.filling.prediction import FillingPredictor
-from corsmal.filling.records import FillingPrediction, PredictsFilling
+from corsmal.filling.records import FillingPrediction, FusedPrediction, PredictsFilling
 from corsmal.filling.samples import FillingSample
-from corsmal.filling.sight import Senses
+from corsmal.filling.sight import Senses, part_of
 from corsmal.weights import choose_device, network_digest, read_training
-
-
-@dataclass(frozen=True, eq=False)
-class FusedPrediction(FillingPrediction):
-    """A prediction from both senses, with what each of them says.
-
-    Args:
-        sound: what sound alone says; None: it is missing.
-        sight: what sight alone says; None: it is missing.
-        sight_share: of sight in the level, 0..1; 0 or 1 where a sense is missing.
-    """
-
-    sound: FillingPrediction | None = None
-    sight: FillingPrediction | None = None
-    sight_share: float = 0.0
 
 
 class FusedPredictor:
@@ -147,6 +133,44 @@ def predicted_from(given: Features | Senses, predictor: PredictsFilling) -> Fill
         return predictor.predict(given.values, steps_s=given.row_s)
     if not isinstance(predictor, FusedPredictor):
         raise ArgumentError("the filling network reads sound only; name a fused one, or no features of the videos")
+    return _asked(given, predictor)
+
+
+def predicted_within(given: Senses, predictor: FusedPredictor, stretch_s: tuple[float, float]) -> FusedPrediction:
+    """What the network would have said of a stretch of a recording.
+
+    Args:
+        given: of the whole recording.
+        predictor: the network.
+        stretch_s: its start and end, s.
+
+    Raises:
+        NotFoundError: no row of features lies within.
+    """
+    return _asked(part_of(given, *stretch_s), predictor)
+
+
+def predicted_until(
+    given: Senses, predictor: FusedPredictor, times_s: Sequence[float]
+) -> list[tuple[float, FusedPrediction]]:
+    """What the network would have said, had the recording ended earlier.
+
+    Args:
+        given: of the whole recording.
+        predictor: the network.
+        times_s: seconds from its start.
+
+    Returns:
+        Each time with the prediction; times are left out until which there is no row of features.
+    """
+    found = []
+    for time_s in times_s:
+        with suppress(NotFoundError):
+            found.append((time_s, predicted_within(given, predictor, (0.0, time_s))))
+    return found
+
+
+def _asked(given: Senses, predictor: FusedPredictor) -> FusedPrediction:
     if given.sound is None:
         return predictor.predict(None, sight=given.sight)
     return predictor.predict(given.sound.values, sight=given.sight, steps_s=given.sound.row_s)

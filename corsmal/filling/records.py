@@ -33,6 +33,9 @@ PREDICTION_COLUMNS = (
 FEASIBLE_PAIRS = ((0, 0), (1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
 """The (type, level) pairs that exist: nothing is empty, and a filling is half or full."""
 
+FEATURE_FOLDERS = "CORSMAL_FEATURES"
+"""The environment's variable with folders of arrays for the filling network, separated as in ``PATH``."""
+
 Decoding = Literal["independent", "feasible"]
 """How classes are read off the probabilities: each head's most probable one (the paper), or the feasible pair whose
 product of probabilities is the largest, the first of equals."""
@@ -131,6 +134,21 @@ class FillingPrediction:
     def failed(cls, reason: str) -> "FillingPrediction":
         """No prediction, with the reason."""
         return cls(None, None, reason=reason)
+
+
+@dataclass(frozen=True, eq=False)
+class FusedPrediction(FillingPrediction):
+    """A prediction from both senses, with what each of them says.
+
+    Args:
+        sound: what sound alone says; None: it is missing.
+        sight: what sight alone says; None: it is missing.
+        sight_share: of sight in the level, 0..1; 0 or 1 where a sense is missing.
+    """
+
+    sound: FillingPrediction | None = None
+    sight: FillingPrediction | None = None
+    sight_share: float = 0.0
 
 
 class PredictsFilling(Protocol):

@@ -8,7 +8,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from corsmal.filling.crossvalidation import fold_folder, fold_number, prediction_row, write_predictions
-from corsmal.filling.fused_prediction import FusedPrediction, FusedPredictor
+from corsmal.filling.fused_prediction import FusedPredictor
+from corsmal.filling.records import FusedPrediction
 from corsmal.filling.samples import FillingSample
 
 NOISE = 0.5

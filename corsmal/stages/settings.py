@@ -1,5 +1,6 @@
 """What detections and estimates are made with, as a run keeps it and other processes get it: numbers and file names."""
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,6 +9,7 @@ from corsmal.dataset import TrainedOn
 from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError
 from corsmal.estimation import TrainingMeans
+from corsmal.filling.records import FEATURE_FOLDERS
 from corsmal.parameters import SelectionParameters, ShapeParameters, selection_of
 from corsmal.stages.estimates import Predictors, predictors_key
 from corsmal.weights import Kind, WeightsFile, find_weights, network_digest, read_training
@@ -150,6 +152,7 @@ def default_settings(
 
     The bundled networks were trained on synthetic recordings: on a dataset that is not synthetic they are left out
     unless they are named (``demo``), see ``left_out_note``. So is one that is not named and whose file is missing.
+    Where no folder of features is named, those that the environment names are used, see ``FeatureFolders``.
     ``means`` are by default those that the weights of the mass or the filling network hold, ``selection`` that of the
     shape's preset; the other arguments are those of ``EstimateSettings``.
 
@@ -158,6 +161,11 @@ def default_settings(
     """
     weights = {"filling": find_weights("filling", filling), "mass": find_weights("mass", mass)}
     found = {name: file if may_speak(file, dataset) else None for name, file in weights.items()}
+    if features is None and sight is None and os.environ.get(FEATURE_FOLDERS):
+        from corsmal.filling.sight import FeatureFolders  # noqa: PLC0415 - loads PyTorch
+
+        folders = FeatureFolders.in_environment()
+        features, sight = folders.sound, folders.sight
     return EstimateSettings(
         shape=shape,
         means=means or _means_of_weights([file for file in (found["mass"], found["filling"]) if file is not None]),

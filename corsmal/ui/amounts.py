@@ -32,6 +32,12 @@ def grams(value: float | None) -> str:
     return "unknown" if value is None else f"{_digits(value)} g"
 
 
+def mass_interval(ends_g: tuple[float, float]) -> str:
+    """Where a mass lies with a probability of 90 %."""
+    low, high = map(_digits, ends_g)
+    return f"90 % interval {low}–{high} g"
+
+
 def mass_error(value: float | None, true: float | None) -> str:
     """How far a mass is from the truth."""
     if true is None:

@@ -61,6 +61,7 @@ class Choice:
         beside: what stands beside the numbers of Table 2.
         against: the run that is compared with.
         within_percent: the error up to which a quantity is right.
+        sure_percent: the probability below which a filling is not answered.
         rows: containers whose recordings are listed.
         only_failed: whether only failed recordings are listed.
         collection: of pins; None: none is begun yet.
@@ -100,6 +101,7 @@ class Choice:
     beside: str | None = None
     against: str | None = None
     within_percent: float | None = None
+    sure_percent: float | None = None
     rows: tuple[str, ...] = ()
     only_failed: bool = False
     collection: str | None = None

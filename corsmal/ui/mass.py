@@ -12,15 +12,17 @@ from numpy.typing import NDArray
 
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.estimation import Estimate, Fit, mass_inputs
+from corsmal.estimation.filling_mass import filling_mass_interval_g
 from corsmal.figures.pins import Pin
 from corsmal.figures.restoration import mask_png, restoration_figure
 from corsmal.figures.sensitivity import sensitivity_figure
+from corsmal.filling import FillingPrediction
 from corsmal.mass import AxisRule, MassPrediction, filling_mass_g
 from corsmal.parameters import FRONTAL_VIEW, ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame
 from corsmal.ui import session
-from corsmal.ui.amounts import filling_text, grams, mass_error, measure, total
+from corsmal.ui.amounts import filling_text, grams, mass_error, mass_interval, measure, total
 from corsmal.ui.controls import PADDING_MAX_PX
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.filling import sound
@@ -103,10 +105,11 @@ def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_
     annotated = None
     if note is not None and note.filling_type is not None and note.filling_level is not None:
         annotated = note.filling_type, note.filling_level
-    pair, source = annotated, "the annotation"
+    pair, source, between = annotated, "the annotation", ""
     with suppress(CorsmalError):
-        if (predicted := sound.prediction(opened, None).pair) is not None:
-            pair, source = predicted, "the sound"
+        predicted = sound.prediction(opened, None)
+        if predicted.pair is not None:
+            pair, source, between = predicted.pair, "the sound", _interval(predicted, capacity_ml)
     filling_g = None if pair is None else filling_mass_g(*pair, capacity_ml)
     true_g = [getattr(note, name, None) for name in ("container_mass_g", "filling_mass_g")]
     masses = {
@@ -119,9 +122,19 @@ def object_mass(opened: OpenedRecording, container_g: float | None, *, capacity_
     text = "unknown, without sound and annotation" if pair is None else f"{filling_text(*pair)}, from {source}"
     if pair is not None and filling_mass_g(*pair, None) is None:
         text += "; the capacity is missing" if capacity_ml is None else f"; capacity {capacity_ml:.0f} mL"
+    text += between
     if pair and annotated and filling_text(*annotated) != filling_text(*pair):
         text += f" (annotated: {filling_text(*annotated)})"
     return f":material/water_full: Filling: {text}. Object = container + filling."
+
+
+def _interval(predicted: FillingPrediction, capacity_ml: float | None) -> str:
+    """Where the filling's mass lies for that capacity."""
+    types, levels = predicted.type_probabilities, predicted.level_probabilities
+    if capacity_ml is None or types is None or levels is None:
+        return ""
+    ends_g = filling_mass_interval_g(types.tolist(), levels.tolist(), capacity_ml)
+    return f"; filling mass: {mass_interval(ends_g)}"
 
 
 def problems(shown: Estimate, prediction: MassPrediction, *, is_asked: bool) -> None:

@@ -238,6 +238,7 @@ FIELDS: dict[str, Field] = {
     "beside": Field("beside", _name),
     "against": Field("against", _name),
     "within": Field("within_percent", Number("", "", 1, 100, 1.0, "%").parse, value_text),
+    "sure": Field("sure_percent", Number("", "", 0, 100, 1.0, "%").parse, value_text),
     "rows": Field("rows", _names, BETWEEN.join),
     "failed": Field("only_failed", _switch),
     "pins": Field("collection", _name),

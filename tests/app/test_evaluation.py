@@ -6,6 +6,7 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -263,6 +264,25 @@ def test_a_cell_of_a_confusion_matrix_lists_its_recordings(dataset: Dataset) -> 
     assert list(table(visitor).index) == ["000001"]
     select(visitor, 0, row=0)
     assert title(visitor) == "Filling"
+
+
+@pytest.mark.usefixtures("run")
+def test_confidence_has_its_error_and_a_threshold_that_stands_in_the_address(dataset: Dataset) -> None:
+    visitor = opened(dataset.root, "Confidence")
+    assert "No probability can be compared here" in visitor.sentences  # of unknown origin
+    visitor.choose("protocol_control", "in-sample")
+    sure = 100 * np.exp(3) / (np.exp(3) + 3)  # what the fake network gives rice; each recording with sound is judged
+    shown = {metric.label: metric.value for metric in visitor.test.metric}
+    answered, total = map(int, shown["Answered"].split(" of "))
+    right = sum(dataset.table["filling_type"][dataset.table["missing"].map(lambda each: "audio" not in each)] == 2)
+    assert answered == total > 0
+    assert shown["Expected calibration error"] == f"{abs(sure - 100 * right / total):.1f} %"
+    assert shown["Wrong among these"] == shown["Wrong if all are answered"] == f"{100 - 100 * right / total:.1f} %"
+    visitor.test.slider(key="confidence_threshold").set_value(90.0).run()
+    shown = {metric.label: metric.value for metric in visitor.test.metric}
+    assert (shown["Answered"], shown["Wrong among these"]) == (f"0 of {total}", "–")
+    assert visitor.address["sure"] == "90"
+    assert visitor.crashes == visitor.errors == []
 
 
 @pytest.mark.usefixtures("run")

@@ -1,6 +1,7 @@
 """The Filling page: what the network says follows the crop; sound or weights that lack or are broken are a sentence."""
 
 import io
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,16 @@ import soundfile
 import torch
 
 from corsmal.dataset import open_dataset
-from corsmal.filling import FillingConfig, FillingModel, FillingPrediction, FillingPredictor, released, save_filling
+from corsmal.filling import (
+    FillingConfig,
+    FillingModel,
+    FillingPrediction,
+    FillingPredictor,
+    FusedPrediction,
+    FusedPredictor,
+    released,
+    save_filling,
+)
 from corsmal.filling.config import PooledConfig, RecurrentConfig
 from corsmal.filling.features import recording_features
 from corsmal.filling.fused import FusedConfig, FusedModel, save_fused
@@ -276,13 +286,12 @@ def test_broken_or_missing_weights_leave_the_sound(
     broken = tmp_path / "broken.safetensors"
     broken.write_bytes(weights.read_bytes()[:500])
     other = write_weights(tmp_path / "other.safetensors", channels=1)
-    fused = tmp_path / "fused.safetensors"
-    save_fused(fused, FusedModel(FusedConfig((RecurrentConfig(hidden=2),), (PooledConfig(hidden=2),))))
+    fused = write_fused(tmp_path)
     missing = tmp_path / "missing.safetensors"
     for path, words in (
         (broken, "is not a file"),
         (other, "1 × 128 features"),
-        (fused, "is of a fused network"),
+        (fused, "hears arrays of 1 × 128 features; name their folder in CORSMAL_FEATURES"),
         (missing, "weights are missing"),
     ):
         monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(path))
@@ -294,6 +303,89 @@ def test_broken_or_missing_weights_leave_the_sound(
         assert visitor.count("audio") == 1
         assert set(visitor.plots) == {timeline.TIMELINE}
         assert len(visitor.plots[timeline.TIMELINE]["figure"]["data"]) == 3
+
+
+def write_fused(folder: Path) -> Path:
+    torch.manual_seed(2)
+    model = FusedModel(FusedConfig((RecurrentConfig(hidden=2),), (PooledConfig(hidden=2),)))
+    save_fused(folder / "fused.safetensors", model.eval())
+    return folder / "fused.safetensors"
+
+
+@pytest.fixture
+def arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
+    """Arrays of three seconds of both senses, and a network for them."""
+    rng, folders = np.random.default_rng(0), {}
+    for name, shape in (("heard", (3, 128)), ("seen", (3, 5, 512))):
+        folders[name] = tmp_path / name
+        folders[name].mkdir()
+        np.save(folders[name] / f"{NAME}.npy", rng.normal(size=shape).astype(np.float16))
+    monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(write_fused(tmp_path)))
+    monkeypatch.setenv("CORSMAL_FEATURES", os.pathsep.join(map(str, folders.values())))
+    return folders
+
+
+def by_both(arrays: dict[str, Path], *names: str, rows: dict[str, slice] | None = None) -> FusedPrediction:
+    given = {
+        name: np.load(arrays[name] / f"{NAME}.npy").astype(np.float32)[..., (rows or {}).get(name, slice(None)), :]
+        for name in names
+    }
+    predictor = FusedPredictor(arrays["heard"].parent / "fused.safetensors")
+    heard = given["heard"][None] if "heard" in given else None
+    return predictor.predict(heard, sight=given.get("seen"))
+
+
+def marks(visitor: Visitor, head: str) -> dict[str, list[float]]:
+    return {trace["name"]: trace["x"] for trace in visitor.plots[f"answer_{head}"]["figure"]["data"][2:]}
+
+
+def test_network_of_both_senses_answers_beside_what_each_of_them_says(noisy: Path, arrays: dict[str, Path]) -> None:
+    visitor = Visitor(noisy).open("filling")
+    expected = by_both(arrays, "heard", "seen")
+    assert_answers(visitor, expected)
+    for head in HEADS:
+        own = marks(visitor, head)
+        np.testing.assert_allclose(own["sound"], 100 * getattr(expected.sound, f"{head}_probabilities"), rtol=1e-4)
+        np.testing.assert_allclose(own["sight"], 100 * getattr(expected.sight, f"{head}_probabilities"), rtol=1e-4)
+    assert f"{100 * expected.sight_share:.0f} % sight" in visitor.sentences
+    gate = next(each for each in visitor.plots["senses"]["figure"]["data"] if each["name"] == "share of sight")
+    assert gate["y"][-1] == pytest.approx(100 * expected.sight_share, rel=1e-4)
+    assert "**Clip** of frames 0–15" in visitor.sentences
+
+
+def test_crop_cuts_both_senses(noisy: Path, arrays: dict[str, Path]) -> None:
+    visitor = Visitor(noisy).open("filling")
+    visitor.report(timeline.TIMELINE, values={"crop_from": 0.9}, settled=True)
+    rows = {"heard": slice(1, 3), "seen": slice(2, 5)}  # 0.96 s and 1.07 s are the first to begin later
+    assert_answers(visitor, by_both(arrays, "heard", "seen", rows=rows))
+    assert set(marks(visitor, "level")) == {"whole recording", "sound", "sight"}
+
+
+@pytest.mark.parametrize(("there", "missing"), [("heard", "sight"), ("seen", "sound")])
+def test_a_sense_that_is_missing_is_said_in_a_sentence(
+    noisy: Path, arrays: dict[str, Path], there: str, missing: str
+) -> None:
+    other = arrays["seen" if there == "heard" else "heard"]
+    (other / f"{NAME}.npy").rename(other / "000009.npy")
+    visitor = Visitor(noisy).open("filling")
+    assert_answers(visitor, by_both(arrays, there))
+    assert f"**No {missing}**: recording {NAME} has no features" in visitor.sentences
+    assert set(marks(visitor, "level")) == {"sound" if there == "heard" else "sight"}
+
+
+def test_a_recording_without_sound_is_answered_from_its_videos(
+    noisy: Path, wav: Path, arrays: dict[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wav.unlink()
+    monkeypatch.setenv("CORSMAL_FEATURES", str(arrays["seen"]))
+    (arrays["heard"].parent / "fused.safetensors").unlink()
+    torch.manual_seed(2)
+    model = FusedModel(FusedConfig((FillingConfig(**SMALL),), (PooledConfig(hidden=2),)))
+    save_fused(arrays["heard"].parent / "fused.safetensors", model.eval())
+    visitor = Visitor(noisy).open("filling")
+    assert_answers(visitor, by_both(arrays, "seen"))
+    assert "**No sound**: recording 000000 has no sound" in visitor.sentences
+    assert timeline.TIMELINE not in visitor.plots
 
 
 def test_weights_of_the_demo_are_said_to_be_of_synthetic_sound(

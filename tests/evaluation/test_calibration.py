@@ -7,9 +7,12 @@ from corsmal.evaluation import (
     calibration_error,
     calibration_table,
     condition_table,
+    error_table,
+    judged_confidences,
     reliability_table,
     risk_coverage_table,
 )
+from tests.evaluation.made import made_annotation, perfect_estimates
 
 SURE = [0.95, 0.95, 0.65, 0.65, 0.65, 0.3]
 RIGHT = [True, True, True, False, False, False]
@@ -64,6 +67,22 @@ def test_tables_of_cross_validations():
     assert scores.loc["b", "filling_level"] == 100
     assert scores.loc["a", "filling_type"] == 100
     assert scores.loc["a", "filling_level"] == 50
+
+
+def test_confidence_is_the_probability_of_the_predicted_class():
+    annotation = made_annotation(5)  # levels 0, 0, 0, 1, 1; the first three are empty
+    estimates = perfect_estimates(annotation)
+    estimates.loc[0, ["level_p0", "level_p1", "level_p2"]] = [0.7, 0.2, 0.1]
+    estimates.loc[1, ["filling_level", "level_p0", "level_p1", "level_p2"]] = [2, 0.2, 0.2, 0.6]
+    estimates.loc[2, ["level_p0", "level_p1", "level_p2"]] = np.nan  # not known
+    estimates.loc[3, "filling_level"] = np.nan  # no answer
+    estimates.loc[4, "level_p1"] = 1.5  # no probability
+    errors = error_table(estimates, annotation)
+    sure, right = judged_confidences(errors, "filling_level")
+    assert (sure.tolist(), right.tolist()) == ([0.7, 0.6], [True, False])
+    assert len(judged_confidences(errors, "filling_type")[0]) == 5
+    seen = estimates.assign(filling_held_out=False)
+    assert len(judged_confidences(error_table(seen, annotation), "filling_level")[0]) == 0
 
 
 @pytest.mark.parametrize("given", [([], []), ([0.5], [True, False]), ([1.2], [True]), ([np.nan], [True])])

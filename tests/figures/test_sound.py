@@ -199,9 +199,11 @@ def test_answer_has_probabilities_as_bars_and_logits_as_numbers():
     assert figure.layout.yaxis.range == (3.5, -0.5)
 
 
-def test_answer_marks_what_the_whole_recording_gave():
-    whole = made_prediction(levels=(0.1, 0.1, 0.8))
-    figure = answer_figure(made_prediction(), head="level", whole=whole)
+def test_answer_marks_what_others_gave():
+    beside = {"sound": made_prediction(), "whole recording": made_prediction(levels=(0.1, 0.1, 0.8))}
+    figure = answer_figure(made_prediction(), head="level", beside=beside)
+    assert [trace.name for trace in figure.data[2:]] == list(beside)
+    assert figure.data[2].marker.symbol != figure.data[3].marker.symbol
     assert list(figure.data[0].marker.color) == list(LEVEL_COLOURS.values())
     np.testing.assert_allclose(figure.data[-1].x, [10, 10, 80])
     assert list(figure.layout.yaxis.ticktext) == list(LEVEL_NAMES)

@@ -96,8 +96,20 @@ def test_masses_have_truth_and_error():
     tiles = networks()
     filling_g = 0.5 * 519.7 * 0.82
     assert tiles["Container mass"] == ("12 g", "", "1.5 g too high (+15 %; true 10 g)")
-    assert tiles["Filling mass"] == (f"{filling_g:.0f} g", "level × capacity × density", "213 g too high (true 0 g)")
+    value, _, verdict = tiles["Filling mass"]
+    assert (value, verdict) == (f"{filling_g:.0f} g", "213 g too high (true 0 g)")
     assert tiles["Object mass"][0] == f"{filling_g + 11.5:.0f} g"
+
+
+def test_filling_mass_has_an_interval_where_capacity_and_probabilities_are_known():
+    sure = replace(FOUND, filling=FillingPrediction(np.array([0.0, 0, 20, 0]), np.array([0.0, 20, 0])))
+    shown = networks(sure)["Filling mass"][1].removeprefix("90 % interval ").removesuffix(" g").split("–")
+    assert list(map(float, shown)) == pytest.approx([0.5 * 0.82 * 433.4, 0.5 * 0.82 * 605.9], rel=0.01)
+    exact = 0.5 * 0.82 * 519.7
+    assert networks(replace(sure, intervals={}))["Filling mass"][1] == f"90 % interval {exact:.0f}–{exact:.0f} g"
+    nothing = FillingPrediction(np.array([3.0, 0, 0, 0]), np.array([3.0, 0, 0]))
+    unmeasured = replace(FOUND, capacity_ml=None, filling=nothing, intervals={})
+    assert networks(unmeasured)["Filling mass"][:2] == ("0 g", "level × capacity × density")
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,7 @@ CHOICES = [
     Choice("1", container=("red cup", "tea box"), filling=("rice",), level=("half",), scenario=("held",), lacks="all"),
     Choice("1", view="reproduction", run="a run & more", section="Errors", protocol="paper", metric="mass_mape"),
     Choice("1", classes="filling_level", beside="counts", against="b", within_percent=12.0, collection="μ-group"),
+    Choice("1", sure_percent=70.0),
     Choice("1", numbers=(("height_mm", 120.5), ("capacity_ml", None), ("mm_per_px", 0.25))),
     Choice("1", rows=("red cup",), only_failed=True, without=("any", "implausible")),
     Choice("1", match="index"),
@@ -126,6 +127,7 @@ def test_defaults_stay_out_of_the_address():
         ({"run": "x" * 81}, "printable"),
         ({"section": "\x07"}, "printable"),
         ({"within": "0"}, "1–100"),
+        ({"sure": "101"}, "0–100"),
     ],
 )
 def test_what_cannot_be_read_is_reported_and_left_at_its_default(params, word):

@@ -15,6 +15,7 @@ from corsmal.runs.run import Run
 from corsmal.ui import session
 from corsmal.ui.evaluation.attribution import attribution_section
 from corsmal.ui.evaluation.comparison import comparison_section
+from corsmal.ui.evaluation.confidence import confidence_section
 from corsmal.ui.evaluation.downloads import notes
 from corsmal.ui.evaluation.errors import confusion_section, spread_section
 from corsmal.ui.evaluation.judged import Judged
@@ -31,6 +32,7 @@ SECTIONS = {
     "Containers": container_section,
     "Errors": spread_section,
     "Confusion": confusion_section,
+    "Confidence": confidence_section,
     "Leaderboard": leaderboard_section,
     "Recordings": rows_section,
     "Compare": comparison_section,

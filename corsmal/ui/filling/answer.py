@@ -5,8 +5,8 @@ import streamlit as st
 from corsmal.dataset import Recording
 from corsmal.errors import CorsmalError
 from corsmal.figures.answer import Head, answer_figure
-from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
-from corsmal.ui.filling import sound
+from corsmal.filling import LEVEL_NAMES, TYPE_NAMES, FillingPrediction, FusedPrediction
+from corsmal.ui.filling import fused, sound
 from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import show_problem
 from corsmal.ui.opened import OpenedRecording
@@ -42,17 +42,21 @@ def answer(opened: OpenedRecording, prediction: FillingPrediction, *, crop_s: so
         "type": None if known is None else known.filling,
         "level": None if known is None else known.level,
     }
-    whole = None if crop_s is None else sound.prediction(opened, None)
+    beside = {} if crop_s is None else {"whole recording": sound.prediction(opened, None)}
+    beside |= {name: own for name in ("sound", "sight") if (own := getattr(prediction, name, None)) is not None}
     for head in HEADS:
         _verdict(head, prediction, truth[head])
-        figure = answer_figure.parts(prediction, head=head, whole=whole, true=truth[head])
+        figure = answer_figure.parts(prediction, head=head, beside=beside, true=truth[head])
         linked_plot(
             figure,
             key=f"answer_{head}",
             label=f"Probabilities and logits of the {head}",
             height_px=figure["layout"]["height"],
         )
-    st.caption("◆ annotated; logits in brackets." + ("" if whole is None else " Grey mark: the whole recording."))
+    marks = {"whole recording": "Grey line: the whole recording.", "sound": "● sound only.", "sight": "■ sight only."}
+    if isinstance(prediction, FusedPrediction):
+        fused.verdict(opened, prediction)
+    st.caption(" ".join(["◆ annotated; logits in brackets.", *(marks[name] for name in beside)]))
 
 
 def _verdict(head: Head, prediction: FillingPrediction, true: str | None) -> None:

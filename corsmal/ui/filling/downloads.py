@@ -11,6 +11,7 @@ from corsmal.ui import media, session
 from corsmal.ui.download_buttons import download_buttons
 from corsmal.ui.filling import sound
 from corsmal.ui.filling.answer import HEADS
+from corsmal.ui.filling.network import fused_network, network
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.pins import pin_button
 
@@ -22,14 +23,16 @@ def downloads(opened: OpenedRecording, *, crop_s: sound.Seconds | None, has_answ
     clip = "whole" if crop_s is None else "{:.2f}-{:.2f}s".format(*crop_s)
     left, right = st.columns([2, 1])
     with left:
+        is_fused = fused_network() is not None
         table = lambda: windows_table(sound.windows(opened)).to_csv(index=False).encode()  # noqa: E731
+        windows = {"Download sliding window (CSV)": (f"{opened.id}_windows.csv", table if has_answer else None)}
         download_buttons(
             {
                 "Download crop (WAV)": (
                     f"{opened.id}_{microphone}_{clip}.wav",
                     lambda: sound.wav(opened, channel, crop_s),
                 ),
-                "Download sliding window (CSV)": (f"{opened.id}_windows.csv", table if has_answer else None),
+                **({} if is_fused else windows),
             }
         )
     with right:
@@ -48,7 +51,7 @@ def _clip(opened: OpenedRecording, crop_s: sound.Seconds | None, *, has_answer: 
         answers = {"Filling type": TYPE_NAMES[kind], "Filling level": LEVEL_NAMES[level]}
         shares = prediction.probabilities
         numbers = {label: f"{answer}, {100 * shares[answer]:.0f} %" for label, answer in answers.items()}
-        parameters["filling network"] = sound.predictor().digest.rsplit(maxsplit=1)[-1][:8]
+        parameters["filling network"] = network().digest.rsplit(maxsplit=1)[-1][:8]
     return Pin(
         title,
         content=sound.wav(opened, channel, crop_s),

@@ -3,16 +3,16 @@
 The functions raise a ``CorsmalError`` where the sound or the network is missing or cannot be read.
 """
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from corsmal.dataset import Audio
-from corsmal.digests import file_fingerprint
 from corsmal.errors import FileError
 from corsmal.figures.sound import SoundPicture, sound_picture
 from corsmal.filling import FillingPrediction
 from corsmal.ui import media, shared
-from corsmal.ui.caching import by_key, cached
+from corsmal.ui.caching import cached
+from corsmal.ui.filling import senses
+from corsmal.ui.filling.network import by_network, fused_network, network
 from corsmal.ui.opened import OpenedRecording
 from corsmal.weights import find_weights
 
@@ -20,14 +20,10 @@ if TYPE_CHECKING:
     from corsmal.filling import FillingPredictor
     from corsmal.filling.features import Features
 
-Seconds = tuple[float, float]
+Seconds = senses.Seconds
 
 WINDOW_S = 1.0
 """The sliding window: a pour lasts longer, a knock does not."""
-
-ADVICE = "train a network with `python -m corsmal train filling ROOT RUN` and set CORSMAL_FILLING_WEIGHTS to its file"
-
-NEEDED = "this page needs one that was trained on the sound of 8 microphones"
 
 WINDOWS_MAX = 60
 """Windows of a recording, so that a long one takes no longer."""
@@ -37,27 +33,13 @@ HOP_MIN = 4
 
 
 def predictor() -> "FillingPredictor":
-    """The trained network."""
-    path = find_weights("filling").path
-    if not path.is_file():
-        raise FileError(path, f"the filling network's weights are missing; {ADVICE}")
-    return _predictor(path, file_fingerprint(path))
+    """The trained network of sound."""
+    from corsmal.filling import FusedPredictor  # noqa: PLC0415 - PyTorch takes seconds to import
 
-
-@cached(2, key=lambda path, fingerprint: (path, fingerprint), spinner="Reading the filling network")
-def _predictor(path: Path, fingerprint: str) -> "FillingPredictor":
-    del fingerprint
-    from corsmal.filling import FusedPredictor, open_filling  # noqa: PLC0415 - PyTorch takes seconds to import
-
-    network = open_filling(path)
-    if isinstance(network, FusedPredictor):
-        raise FileError(path, "is of a fused network, which is used by `estimate` and by commands; " + NEEDED)
-    if (network.channels, network.config.features) != (8, 128):
-        raise FileError(
-            path,
-            f"is of a network for {network.channels} × {network.config.features} features; {NEEDED}",
-        )
-    return network
+    found = network()
+    if isinstance(found, FusedPredictor):
+        raise FileError(find_weights("filling").path, "is of a network of sound and sight, which has no sliding window")
+    return found
 
 
 @cached(4, spinner="Reading the sound")
@@ -88,11 +70,6 @@ def wav(opened: OpenedRecording, channel: int | None, crop_s: Seconds | None) ->
     return media.audio_wav(audio(opened), channel=channel, crop_s=crop_s)
 
 
-def by_network(opened: OpenedRecording, *others: object) -> object:
-    """Results that depend on the trained network, too."""
-    return predictor().digest, by_key(opened, *others)
-
-
 @cached(8, key=by_network, spinner="Reading the sound")
 def features(opened: OpenedRecording) -> "Features":
     """The log-mel rows of a recording's sound, (8, T, 128), as the network was trained on them."""
@@ -101,9 +78,13 @@ def features(opened: OpenedRecording) -> "Features":
     return recording_features(opened.recording, parameters=predictor().front_end, store=shared.store())
 
 
-@cached(512, key=by_network)
 def prediction(opened: OpenedRecording, crop_s: Seconds | None) -> FillingPrediction:
-    """The prediction for a crop, or for the whole recording."""
+    """The prediction for a crop, or for the whole recording; from its videos, too, where the network sees them."""
+    return _heard(opened, crop_s) if fused_network() is None else senses.prediction(opened, crop_s)
+
+
+@cached(512, key=by_network)
+def _heard(opened: OpenedRecording, crop_s: Seconds | None) -> FillingPrediction:
     given = features(opened)
     rows = None if crop_s is None else crop_rows(crop_s, row_s=given.row_s, total=given.values.shape[1])
     return predictor().predict(given.values, crop=rows, steps_s=given.row_s)

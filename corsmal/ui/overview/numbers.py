@@ -7,14 +7,17 @@ from typing import Any
 from corsmal.dataset import Annotation
 from corsmal.dataset.annotation import FILLINGS, LEVELS
 from corsmal.estimation import Estimate
+from corsmal.estimation.filling_mass import filling_mass_interval_g
 from corsmal.quantities import BY_NAME, GEOMETRY
-from corsmal.ui.amounts import amount, filling_text, grams, mass_error, percent_error, total
+from corsmal.ui.amounts import amount, filling_text, grams, mass_error, mass_interval, percent_error, total
 from corsmal.weights import RELEASED
 
 NOTHING, LEFT_OUT = "–", "left out"
 NOT_ANNOTATED = "no annotation"
 SEEN_IN_TRAINING = "not held out: the network was trained on this recording"
 UNKNOWN_TRAINING = "not held out: the network's file does not say what it was trained on"
+
+CLASSES = {"type": len(FILLINGS), "level": len(LEVELS)}
 
 ASSUMED = {
     "mass-assumed": "the training set's: the network had no answer",
@@ -129,7 +132,7 @@ def _mass_tiles(row: Mapping[str, Any], annotation: Annotation | None, left_out:
     container = "" if str(row["status"]).startswith("fitted") else "training mean: nothing was fitted"
     container = next((text for flag, text in ASSUMED.items() if flag in str(row.get("flags", ""))), container)
     tiles = [
-        _mass_tile("Filling mass", row["filling_mass_g"], filling_true, filling, note="level × capacity × density"),
+        _mass_tile("Filling mass", row["filling_mass_g"], filling_true, filling, note=_filling_interval(row)),
         _mass_tile(
             "Object mass",
             row["object_mass_g"],
@@ -140,6 +143,17 @@ def _mass_tiles(row: Mapping[str, Any], annotation: Annotation | None, left_out:
         _mass_tile("Container mass", row["container_mass_g"], container_true, mass, note=container),
     ]
     return [*tiles[:-1], replace(tiles[-1], verdict=_stamped(tiles[-1].verdict, row, "mass"))]
+
+
+def _filling_interval(row: Mapping[str, Any]) -> str:
+    """Where the filling's mass lies; how it was computed, where a probability or the capacity is not known."""
+    types, levels = ([row[f"{head}_p{number}"] for number in range(count)] for head, count in CLASSES.items())
+    capacity_ml, ends = row["capacity_ml"], (row.get("capacity_ml_low"), row.get("capacity_ml_high"))
+    if None in (*types, *levels, capacity_ml):
+        return "level × capacity × density"
+    low, high = ends
+    interval_ml = None if low is None or high is None else (low, high)
+    return mass_interval(filling_mass_interval_g(types, levels, capacity_ml, capacity_interval_ml=interval_ml))
 
 
 def _mass_tile(label: str, value: float | None, true: float | None, left_out: str, *, note: str) -> Tile:
