@@ -32,7 +32,7 @@ def listen(opened: OpenedRecording) -> None:
         prediction = predicted(opened, crop_s)
         if prediction is not None:
             answer(opened, prediction, crop_s=crop_s)
-        if is_fused:
+        if is_fused and prediction is not None:
             fused.clip(opened, frame)
     with right:
         if picture is not None:

@@ -72,15 +72,14 @@ def clip(opened: OpenedRecording, frame: int) -> None:
     if senses.given(opened).sight is None:
         return
     first = frame // CLIP_FRAMES * CLIP_FRAMES
-    st.markdown(f"**Clip** of frames {first}–{first + CLIP_FRAMES - 1}, one row of features a view")
     for view in sorted(name for name in METHOD_VIEWS if name in opened.recording.views):
         frames = [first + number for number in SHOWN if first + number < opened.video(view).frame_count]
         if frames:
             squares = [square_seen(opened.image(view, number)) for number in frames]
             st.image(squares, caption=[f"{view}, {number}" for number in frames], width=112)
     st.caption(
-        "The middle of the picture, as `features` shows it to R(2+1)D; with `--around-container` it shows the square "
-        "around the container."
+        f"**Clip** of frames {first}–{first + CLIP_FRAMES - 1}, of which each view has a row of features: the middle "
+        "of the picture, as `features` shows it to R(2+1)D; with `--around-container` it shows the container's square."
     )
 
 
