@@ -14,6 +14,7 @@ from corsmal.commands import (
     exporting,
     filling,
     keeping_runs,
+    masks,
     mass,
     runs,
 )
@@ -66,6 +67,12 @@ EXPORT: dict[str, Command] = {
     "detections": exporting.detections,
     "rerun": exporting.rerun,
 }
+MASKS: dict[str, Command] = {
+    "show": masks.show,
+    "next": masks.following,
+    "export": masks.export,
+    "import": masks.read,
+}
 EVALUATE: dict[str, Command] = {
     "estimates": evaluating.estimates,
     "filling": filling.evaluate,
@@ -88,6 +95,7 @@ WHAT = "Estimate capacity, dimensions, filling and mass of containers from recor
 app = command_group(COMMANDS, what=WHAT, add_completion=True)
 app.add_typer(command_group(RUNS, what="List, show, compare, export, rename and delete runs."), name="runs")
 app.add_typer(command_group(EXPORT, what="Write results of a recording for other programs."), name="export")
+app.add_typer(command_group(MASKS, what="Masks by hand of a recording."), name="masks")
 app.add_typer(command_group(TRAIN, what="Train a network, or learn the wall thickness of containers."), name="train")
 app.add_typer(command_group(EVALUATE, what="Evaluate estimates, or a network."), name="evaluate")
 

@@ -7,6 +7,7 @@ from contextvars import ContextVar
 FLAGS = {
     "detections-interpreted": "Frames, classes or scores of a detections file were read in a way that the notes name.",
     "detections-incomplete": "Part of a detections file could not be used, or it holds no container's class.",
+    "by-hand": "Masks by hand took the place of detected ones, or could not be used.",
     "views-by-time": "The views differ in frame rate, number of frames or start, and were matched by time.",
     "views-by-index": "The views differ in frame rate, number of frames or start, and were matched by frame number.",
     "unit-assumed": "The cameras' translations were taken for millimetres or centimetres.",

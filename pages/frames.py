@@ -15,6 +15,7 @@ from corsmal.ui.frames import (
     selection_control,
 )
 from corsmal.ui.look import heading
+from corsmal.ui.mask_editor import mask_editor, masks_control
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import pair_control
 from corsmal.ui.pins import pin_button
@@ -30,10 +31,14 @@ with controls, st.container(horizontal=True, vertical_alignment="bottom"):
         best = pair_control(opened, opened.estimate(shape), shape)
     with st.container(width="content"):
         clock_control(opened)
+    with st.container(width="content"):
+        masks_control(opened)
 
 
 def browse(opened: OpenedRecording) -> None:
-    frame = time_line(opened, best, keys=ALL_KEYS, is_large=True)
+    frame = time_line(opened, best, keys=ALL_KEYS, is_large=session.choice().edited is None)
+    if mask_editor(opened, best, frame):
+        return
     if best.scores:
         score_line(opened, best, frame)
         score_plot(opened, best)

@@ -8,6 +8,7 @@ from corsmal.ui.detecting import open_detected
 from corsmal.ui.estimating import estimate_control, shape_estimate
 from corsmal.ui.linked_plot import plot_event
 from corsmal.ui.look import heading
+from corsmal.ui.mask_editor import edit_control
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import pair_control
 from corsmal.ui.pins import pin_button
@@ -53,6 +54,7 @@ def fit_panel(opened: OpenedRecording) -> None:
         if fit.hull.ok:
             hull_plots(opened, fit, beside=hull, estimated=estimated)
     reprojections(opened, best, fit, frame=frame, shape=shape, agreements=agreements)
+    edit_control(best.pair[0], frame=frame, key="edit_mask")
     if fit.hull.ok:
         hull_downloads(opened.id, fit)
         numbers = measured_numbers(found, name=estimate_name, fits=fits)

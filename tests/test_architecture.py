@@ -23,7 +23,7 @@ FLOORS = (
     ("weights", "store", "geometry", "quantities", "parameters"),
     ("dataset",),
     ("detection",),
-    ("selection", "shape", "mass", "filling"),
+    ("selection", "shape", "mass", "filling", "by_hand"),
     ("estimation", "evaluation"),
     ("stages",),
     ("engines", "figures"),

@@ -89,6 +89,10 @@ Offsets = Annotated[
         help="How much later a view was filmed than its file says; for all recordings. Repeat it for several views.",
     ),
 ]
+UsedMasks = Annotated[
+    Literal["detected", "by-hand"] | None,
+    typer.Option("--masks", help="Use masks by hand in the frames that have them.", show_default="detected"),
+]
 Without = Annotated[
     list[str] | None,
     typer.Option(

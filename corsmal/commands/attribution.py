@@ -64,7 +64,7 @@ def _show_attribution(run: "Run", dataset: "Dataset", engine: "Engine") -> None:
     from corsmal.store import Store
 
     store = Store()
-    rows = load_attribution(run, store=store)
+    rows = load_attribution(run, dataset, store=store)
     if rows is None:
         with resumable_progress(len(run.rows)) as progress:
             rows = attribute_run(run, dataset, store=store, engine=engine, progress=progress)

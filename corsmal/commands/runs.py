@@ -17,6 +17,7 @@ from corsmal.commands import (
     MatchViews,
     Offsets,
     Root,
+    UsedMasks,
     complain,
     say,
     selection_preset,
@@ -70,6 +71,7 @@ def estimate(
     detector: DetectFirst = None,
     match: MatchViews = None,
     offset: Offsets = None,
+    masks: UsedMasks = None,
     engine: EngineName = "local",
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -91,7 +93,7 @@ def estimate(
     dataset, store = open_dataset(root), Store()
     is_kept = _is_writable(store)
     earlier = None if name is None else load_run(name, dataset=dataset.root, store=store)
-    options = (ids, preset, selection, pairs, wall, means, filling, mass, features, detector, match, offset)
+    options = (ids, preset, selection, pairs, wall, means, filling, mass, features, detector, match, offset, masks)
     if earlier is not None and all(option in (None, []) for option in options):
         settings, wanted = earlier.settings, earlier.recordings
     else:
@@ -107,6 +109,7 @@ def estimate(
             sight=folders.sight,
             detector=None if detector is None else find_detector(detector),
             matching=view_matching(match, offset),
+            masks=masks or "detected",
         )
         wanted = tuple(ids or dataset.ids)
     note = left_out_note(dataset, settings)

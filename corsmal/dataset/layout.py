@@ -3,14 +3,14 @@
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 from corsmal.dataset.annotation import Annotation
 from corsmal.dataset.audio import Audio, read_audio
 from corsmal.dataset.calibration import Calibration, read_calibration
 from corsmal.dataset.clock import FrameClock, Matching, recording_clock
 from corsmal.digests import file_fingerprint
-from corsmal.errors import FileError, NotFoundError
+from corsmal.errors import FileError, NotFoundError, check_choice
 from corsmal.geometry import Camera
 from corsmal.notebook import record_html
 
@@ -22,6 +22,12 @@ VIEWS = ("view1", "view2", "view3", "view4")
 
 CAMERAS_KEPT = 64
 """A recording's cameras are read once per fitted frame."""
+
+Masks = Literal["detected", "by-hand"]
+"""Which masks are used: those that were detected, or those by hand in the frames that have them."""
+
+MASK_NAMES: dict[Masks, str] = {"detected": "detected", "by-hand": "by hand where present"}
+"""What they are called."""
 
 WORN_VIEW = "view4"
 """The view that the method does not use: the camera moves, and its absence is nothing that lacks."""
@@ -97,6 +103,7 @@ class Recording:
         truth_path: what was drawn and played, as JSON; None where that is not there.
         sound_end_s: where its sound is cut, in seconds from the start, see ``published.cut_s``; None: used whole.
         matching: how the frames of its views are matched.
+        masks: which masks are used of it, see ``Masks``.
         is_annotated_synthetic: whether the annotation says that the recording was rendered.
     """
 
@@ -108,7 +115,11 @@ class Recording:
     truth_path: Path | None = None
     sound_end_s: float | None = None
     matching: Matching = field(default_factory=Matching)
+    masks: Masks = "detected"
     is_annotated_synthetic: bool = False
+
+    def __post_init__(self) -> None:
+        check_choice("masks", self.masks, get_args(Masks))
 
     @property
     def is_synthetic(self) -> bool:

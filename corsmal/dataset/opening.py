@@ -13,7 +13,7 @@ from corsmal.dataset.annotation_places import find_annotations
 from corsmal.dataset.clock import Matching
 from corsmal.dataset.findings import Finding, in_order
 from corsmal.dataset.ids import listed, recording_id
-from corsmal.dataset.layout import Recording
+from corsmal.dataset.layout import Masks, Recording
 from corsmal.dataset.older_layout import known_by_names
 from corsmal.dataset.places import listing
 from corsmal.dataset.published import CUTS_S, cut_findings, cut_s
@@ -81,9 +81,11 @@ class Dataset:
         held = f"{len(self)} recordings, {self.ids[0]} to {self.ids[-1]}" if len(self) else "no recordings"
         raise NotFoundError(f"there is no recording {wanted[:40]!r} in {self.name}: it holds {held}")
 
-    def matched(self, matching: Matching) -> "Dataset":
-        """The same recordings, their views' frames matched in another way."""
-        recordings = {name: replace(recording, matching=matching) for name, recording in self._recordings.items()}
+    def matched(self, matching: Matching, *, masks: Masks = "detected") -> "Dataset":
+        """The same recordings, their views' frames matched in another way, and with other masks in use."""
+        recordings = {
+            name: replace(recording, matching=matching, masks=masks) for name, recording in self._recordings.items()
+        }
         return Dataset(self.root, recordings, findings=self.findings)
 
     @property

@@ -23,6 +23,7 @@ from corsmal.evaluation.attribution import AS_IT_IS
 from corsmal.parameters import SHAPE_PRESETS, ShapeParameters, selection_of
 from corsmal.quantities import GEOMETRY
 from corsmal.runs.run import Run
+from corsmal.stages.by_hand import has_masks_by_hand, masks_origin, views_by_hand
 from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.settings import EstimateSettings
@@ -42,8 +43,9 @@ RowsByStage = dict[str, list[Row]]
 class AttributionTask:
     """Estimating a recording with one stage after the other replaced by the truth. What is heard is left out.
 
-    ``masks``: the true masks of all frames. ``best frame``: the detected masks, in the frames that the true masks would
-    have chosen among those that were inspected; that is one frame for a preset that fits one, else one of each stretch.
+    ``masks``: the true masks of all frames, or those by hand in the frames that have them. ``best frame``: the detected
+    masks, in the frames that the true masks would have chosen among those that were inspected; that is one frame for a
+    preset that fits one, else one of each stretch. Where a recording's true masks are not known, it has no such rows.
     ``dimensions``: the annotated capacity, widths and height, which the mass network is given too.
 
     Args:
@@ -62,15 +64,17 @@ class AttributionTask:
         """The recording's rows by stage; where it cannot be estimated, failed ones with the reason."""
         try:
             predictors = open_predictors(self.settings, self.key)
-            found: Views = load_detections(recording, store=Store(self.cache)).views
-            true = true_views(recording) if {"masks", "best frame"} & set(self.stages) else {}
+            store = Store(self.cache)
+            found: Views = load_detections(recording, store=store).views
+            stages = [stage for stage in self.stages if stage in (AS_IT_IS, *known_stages([recording], store=store))]
+            true = _true(recording, store) if {"masks", "best frame"} & set(stages) else {}
             makers: dict[str, Callable[[], Estimate]] = {
                 AS_IT_IS: lambda: _estimated(recording, found, predictors),
                 "masks": lambda: _estimated(recording, true, predictors),
                 "best frame": lambda: _in_true_frames(recording, found, true, predictors),
                 "dimensions": lambda: _with_true_dimensions(recording, found, predictors),
             }
-            rows = {stage: makers[stage]().row() for stage in self.stages}
+            rows = {stage: makers[stage]().row() for stage in stages}
         except CorsmalError as error:
             failed = {"recording_id": recording.id, "status": "failed", "notes": str(error)}
             rows = dict.fromkeys(self.stages, failed)
@@ -88,11 +92,11 @@ def attribute_run(
 ) -> RowsByStage:
     """The rows of a run with one stage replaced by the truth at a time; they are kept, see ``load_attribution``.
 
-    Masks and best frames are replaced only if all of the run's recordings are synthetic: of others only the dimensions
-    are known. Where the work is cancelled nothing is kept.
+    Masks and best frames are replaced in the recordings whose true masks are known: synthetic ones, and those with
+    masks by hand. Of others only the dimensions are known. Where the work is cancelled nothing is kept.
 
     Returns:
-        Rows by stage in the run's order, without what is heard.
+        Rows by stage in the run's order, without what is heard; of a stage, those of the recordings that have it.
 
     Raises:
         ArgumentError: the networks' weights changed since the run was made.
@@ -101,24 +105,25 @@ def attribute_run(
     predictors = run.settings.open()
     if any(run.digests[name] != found for name, found in predictors.digests.items()):
         raise ArgumentError("the networks' weights changed since the run was made: make a new run")
-    matched = dataset.matched(run.settings.matching)
+    matched = dataset.matched(run.settings.matching, masks=run.settings.masks)
     recordings = [matched[row["recording_id"]] for row in run.rows if row["recording_id"] in dataset]
-    stages = known_stages(recordings)
+    stages = known_stages(recordings, store=store)
     task = AttributionTask(store.root.resolve(), run.settings, stages, predictors.key)
     result = _rows_by_stage(task, recordings, engine=engine, progress=progress, cancelled=cancelled)
     if not cancelled():
-        store.save_json(KIND, _key(run), result)
+        store.save_json(KIND, _key(run, dataset, store), result)
     return result
 
 
-def load_attribution(run: Run, *, store: Store) -> RowsByStage | None:
-    """What ``attribute_run`` kept for a run as it is now; None where there is nothing."""
-    return store.json(KIND, _key(run))
+def load_attribution(run: Run, dataset: Dataset, *, store: Store) -> RowsByStage | None:
+    """What ``attribute_run`` kept for a run and the masks by hand as they are now; None where there is nothing."""
+    return store.json(KIND, _key(run, dataset, store))
 
 
-def known_stages(recordings: Iterable[Recording]) -> tuple[str, ...]:
-    """The stages whose truth is known of all of these recordings."""
-    return STAGES if all(recording.truth_path is not None for recording in recordings) else STAGES[-1:]
+def known_stages(recordings: Iterable[Recording], *, store: Store) -> tuple[str, ...]:
+    """The stages whose truth is known of at least one of these recordings."""
+    is_known = any(each.truth_path is not None or has_masks_by_hand(each, store=store) for each in recordings)
+    return STAGES if is_known else STAGES[-1:]
 
 
 def ablation_presets() -> dict[str, ShapeParameters]:
@@ -164,8 +169,14 @@ def ablate(
     return rows
 
 
-def _key(run: Run) -> str:
-    return digest("attribution", run.key)
+def _key(run: Run, dataset: Dataset, store: Store) -> str:
+    real = [dataset[name] for name in run.recordings if name in dataset and dataset[name].truth_path is None]
+    origins = [(each.id, found) for each in real if (found := masks_origin(each, store=store))]
+    return digest("attribution", run.key, *origins)
+
+
+def _true(recording: Recording, store: Store) -> Views:
+    return views_by_hand(recording, store=store) if recording.truth_path is None else true_views(recording)
 
 
 def _rows_by_stage(
@@ -181,7 +192,7 @@ def _rows_by_stage(
         for row in completed_rows(task, recordings, engine=engine, progress=progress, cancelled=cancelled)
     }
     in_order = [done[recording.id] for recording in recordings if recording.id in done]
-    return {stage: [rows[stage] for rows in in_order] for stage in task.stages}
+    return {stage: [rows[stage] for rows in in_order if stage in rows] for stage in task.stages}
 
 
 def _estimated(recording: Recording, views: Views, predictors: Predictors, **changes: Any) -> Estimate:

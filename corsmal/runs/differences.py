@@ -46,6 +46,7 @@ def _made_with(run: Run) -> dict[str, str]:
         "selection": run.facts()["selection"],
         **{f"{name} network": (run.digests[name] or "none")[-8:] for name in ("filling", "mass")},
         "detector": "none" if detector is None else f"{(run.digests['detector'] or '')[:24]}, step {detector.every}",
+        "masks": run.facts()["masks"],
         "views matched": str(settings.matching),
         "features": "sound" if settings.features is None else str(settings.features),
         "features of the videos": "none" if settings.sight is None else str(settings.sight),

@@ -60,7 +60,7 @@ def make_run(
         NotFoundError: the dataset lacks a recording.
         CorsmalError: the engine failed, such as a cluster that does not answer.
     """
-    matched = dataset.matched(settings.matching)
+    matched = dataset.matched(settings.matching, masks=settings.masks)
     named = [matched[each] for each in (dataset.ids if recordings is None else recordings)]
     wanted = list({recording.id: recording for recording in named}.values())
     if not wanted:

@@ -181,6 +181,7 @@ def _estimate_command(run: Run, dataset: Dataset) -> str:
         options.append(f"--detector {settings.detector.method}")
     if settings.matching.by == "index":
         options.append("--match index")
+    options += [] if settings.masks == "detected" else [f"--masks {settings.masks}"]
     options += [f"--offset {view}={offset_s:g}" for view, offset_s in settings.matching.offsets_s]
     words = [PROGRAM, "estimate", shlex.quote(dataset.name), *ids, f"--run {shlex.quote(run.name)}", *options]
     return " ".join([*words, f"--out {shlex.quote(f'{run.name}.csv')}"])

@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from corsmal.dataset.layout import MASK_NAMES
 from corsmal.errors import ArgumentError, CorsmalError, FileError
 from corsmal.notebook import record_html
 from corsmal.parameters import SELECTION_PRESETS, SHAPE_PRESETS, SelectionParameters
@@ -103,6 +104,7 @@ class Run:
             **({} if self.settings.sight is None else {"sight": str(self.settings.sight)}),
             "detector": None if detector is None else (self.digests["detector"], detector.every),
             "matching of the views": self.settings.matching,
+            "masks": self.settings.masks,
             "version of the method": self.method_version,
         }
 
@@ -110,8 +112,8 @@ class Run:
     def key(self) -> str:
         """Digest of conditions, files and rows: what is computed from a run is kept under it."""
         rows = [{name: value for name, value in row.items() if value is not None} for row in self.rows]
-        by_default = SelectionParameters()  # without which runs were kept at first
-        conditions = {name: value for name, value in self.conditions.items() if value != by_default}
+        by_default = (SelectionParameters(), "detected")  # without which runs were kept at first
+        conditions = {name: value for name, value in self.conditions.items() if value not in by_default}
         return digest("run", conditions, self.data_digest, rows)
 
     @cached_property
@@ -141,6 +143,7 @@ class Run:
                 for name, file in networks.items()
             },
             "detector": detected,
+            "masks": MASK_NAMES[self.settings.masks],
             "views matched": str(self.settings.matching),
             "recordings": f"{len(self.rows)} of {len(self.recordings)}",
             "files": self.data_digest[:8],

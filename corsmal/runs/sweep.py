@@ -112,7 +112,7 @@ def sweep_run(
         NotFoundError: the dataset lacks a recording.
     """
     shapes, selection = [with_setting(run.settings.shape, setting) for setting in grid.settings], run.settings.selection
-    matched = dataset.matched(run.settings.matching)
+    matched = dataset.matched(run.settings.matching, masks=run.settings.masks)
     rows: list[dict[str, Any]] = []
     for done, name in enumerate(grid.recordings):
         if progress is not None:

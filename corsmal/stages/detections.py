@@ -15,6 +15,7 @@ from corsmal.estimation import read_view_detections
 from corsmal.estimation.detected import recording_frames
 from corsmal.notes import Note, prefixed
 from corsmal.parameters import METHOD_VIEWS
+from corsmal.stages.by_hand import masks_origin, with_masks_by_hand
 from corsmal.stages.version import READING_VERSION
 from corsmal.store import Store, digest, file_fingerprint
 
@@ -45,7 +46,10 @@ class DetectionSet:
 
 
 def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
-    """The detections of a recording: the file beside the video, else what the store holds of the last detector run."""
+    """The detections of a recording: the file beside the video, else what the store holds of the last detector run.
+
+    Where the recording's ``masks`` are ``by-hand``, those take the place of what was detected in their frames.
+    """
     origin = detections_origin(recording, store=store)
     views: dict[str, ViewDetections] = {}
     notes: list[str] = []
@@ -58,6 +62,9 @@ def load_detections(recording: Recording, *, store: Store) -> DetectionSet:
             found = None
         if found is None and (kept := _latest(view, store)) is not None:
             found = _read_kept(kept, store)
+        if recording.masks == "by-hand":
+            found, said = with_masks_by_hand(recording, view, found, store=store)
+            notes += said
         if found is not None:
             views[name] = recording_frames(recording, name, found)
             notes += [prefixed(str(view.detections_path or name), problem) for problem in found.problems]
@@ -79,6 +86,8 @@ def detections_origin(recording: Recording, *, store: Store) -> str:
         origins += ["lost"] if kept is None and _is_lost(view, store) else []
         origins += [] if view.detections_path is None else [READING_VERSION]
         origins += [name, kept, [file_fingerprint(path) if path.is_file() else None for path in paths]]
+    if recording.masks == "by-hand":
+        origins += masks_origin(recording, store=store)
     return digest("origin of detections", *origins)
 
 

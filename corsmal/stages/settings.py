@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from corsmal.dataset import TrainedOn
 from corsmal.dataset.clock import Matching
+from corsmal.dataset.layout import Masks
 from corsmal.errors import ArgumentError
 from corsmal.estimation import TrainingMeans
 from corsmal.filling.records import FEATURE_FOLDERS
@@ -78,6 +79,7 @@ class EstimateSettings:
         detector: detects in recordings without detections before they are estimated; None: such a recording fails.
         matching: how the frames of the recordings' views are matched.
         selection: how detections are filtered and frames scored.
+        masks: which masks are used, see ``dataset.layout.Masks``.
     """
 
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
@@ -89,6 +91,7 @@ class EstimateSettings:
     detector: DetectorSettings | None = None
     matching: Matching = field(default_factory=Matching)
     selection: SelectionParameters = field(default_factory=SelectionParameters)
+    masks: Masks = "detected"
 
     @property
     def digests(self) -> dict[str, str | None]:
@@ -147,6 +150,7 @@ def default_settings(
     sight: Path | None = None,
     detector: DetectorSettings | None = None,
     matching: Matching | None = None,
+    masks: Masks = "detected",
 ) -> EstimateSettings:
     """Settings for a dataset, with the networks that are named, set in the environment or bundled.
 
@@ -175,6 +179,7 @@ def default_settings(
         detector=detector,
         matching=matching or Matching(),
         selection=selection or selection_of(shape),
+        masks=masks,
     )
 
 

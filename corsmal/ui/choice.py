@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from corsmal.dataset.clock import Match, Matching
+from corsmal.dataset.layout import Masks
 from corsmal.parameters import (
     SELECTION_PRESETS,
     SHAPE_PRESETS,
@@ -36,6 +37,8 @@ class Choice:
         frame: frame index; None: the best frame.
         shape: parameters of the fit.
         match: how frames of the views are matched; None: by time.
+        masks: which masks are used, see ``dataset.layout.Masks``; None: the detected ones.
+        edited: view whose masks are corrected by hand on *Frames*; None: none are.
         offsets_s: by view, how much later it was filmed than its file says, see ``Matching``.
         crop_s: start and end of the filling network's input, in hundredths of a second; None: the whole.
         channel: microphone that is drawn and played, from 0; None: the mean of all.
@@ -73,6 +76,8 @@ class Choice:
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
     match: Match | None = None
     offsets_s: tuple[tuple[str, float], ...] = ()
+    masks: Masks | None = None
+    edited: str | None = None
     crop_s: tuple[float, float] | None = None
     channel: int | None = None
     estimate: str | None = None
@@ -153,7 +158,7 @@ class Choice:
         return self.shape == SHAPE_PRESETS[self.preset]
 
 
-OF_FIT = ("recording", "frame", "pair", "estimate", "selection", "shape", "match", "offsets_s")
+OF_FIT = ("recording", "frame", "pair", "estimate", "selection", "shape", "match", "offsets_s", "masks")
 """What a fit depends on: with another one ``numbers`` are those of a fit that is not shown any more."""
 
 OF_RECORDING: dict[str, Any] = {

@@ -18,6 +18,7 @@ from corsmal.geometry import Camera
 from corsmal.parameters import METHOD_VIEWS, CentreRule, Pair, SelectionParameters, ShapeParameters
 from corsmal.selection import BestFrame
 from corsmal.shape import Agreement, KnownProfile, agreement, silhouettes
+from corsmal.stages.by_hand import amodal_by_hand
 from corsmal.stages.detections import DetectionSet, detections_origin, load_detections
 from corsmal.stages.estimates import Predictors
 from corsmal.stages.fits import load_fit
@@ -38,7 +39,11 @@ def fingerprint(recording: Recording) -> str:
     paths = [path for view in recording.views.values() for path in (view.video_path, view.calibration_path)]
     paths += [recording.audio_path, *(view.detections_path for view in recording.views.values())]
     return digest(
-        "recording", recording.id, recording.matching, [file_fingerprint(path) for path in paths if path is not None]
+        "recording",
+        recording.id,
+        recording.matching,
+        recording.masks,
+        [file_fingerprint(path) for path in paths if path is not None],
     )
 
 
@@ -177,7 +182,7 @@ class OpenedRecording:
         return found
 
     def true_mask(self, view: str, frame: int) -> NDArray[np.bool_] | None:
-        """The container's whole (H, W) silhouette in one frame of a view; None where it is not known.
+        """The container's whole (H, W) silhouette in one frame of a view, as it was rendered or drawn by hand, or None.
 
         Raises:
             FileError: the recording is synthetic, and its truth is broken.
@@ -185,7 +190,7 @@ class OpenedRecording:
         try:
             found = self._true_masks(view)[frame]
         except (NotFoundError, KeyError):
-            return None
+            return amodal_by_hand(self.recording, view, frame, store=shared.store())
         return found.mask(0) if len(found) else np.zeros(found.size, dtype=bool)
 
     @cached(8)

@@ -72,6 +72,7 @@ def routes() -> list[Route]:
         plotly_route(),
         Route(with_base("/thumbnails/{dataset}/{recording}.jpg"), _thumbnail),
         Route(with_base("/playback/{playback}/sound/{channel:int}.wav"), _sound),
+        Route(with_base("/playback/{playback}/original/{view}/{frame:int}.jpg"), _original),
         Route(with_base("/playback/{playback}/{view}/{frame:int}.jpg"), _picture),
         *named,
     ]
@@ -85,7 +86,9 @@ def thumbnail_urls(dataset: "Dataset", ids: list[str]) -> list[str]:
 
 
 def playback_url(playback: "Playback", key: object) -> str:
-    """The address under which a recording is played: ``VIEW/FRAME.jpg`` and ``sound/CHANNEL.wav`` follow it.
+    """The address under which a recording is played.
+
+    ``VIEW/FRAME.jpg``, ``original/VIEW/FRAME.jpg`` without detections, and ``sound/CHANNEL.wav`` follow it.
 
     Args:
         playback: the recording; it takes the place of an earlier one of the same key.
@@ -113,6 +116,12 @@ def _picture(request: Request) -> Response:
     view, frame = request.path_params["view"], request.path_params["frame"]
     playback = _playbacks.get(request.path_params["playback"])
     return _reply(playback, lambda playback: playback.picture(view, frame), "image/jpeg")
+
+
+def _original(request: Request) -> Response:
+    view, frame = request.path_params["view"], request.path_params["frame"]
+    playback = _playbacks.get(request.path_params["playback"])
+    return _reply(playback, lambda playback: playback.original(view, frame), "image/jpeg")
 
 
 def _sound(request: Request) -> Response:

@@ -45,7 +45,7 @@ def choose(*, settled: bool = True, **changes: Any) -> None:
 
 
 def opened() -> tuple[Dataset, Recording]:
-    """The dataset and the chosen recording, its views matched as is chosen.
+    """The dataset and the chosen recording, its views matched and its masks used as is chosen.
 
     Where there is none the page says what to do and ends here.
     """
@@ -54,7 +54,7 @@ def opened() -> tuple[Dataset, Recording]:
     if found is None or current is None:
         _nothing_to_show()
         st.stop()
-    return found, replace(found[current], matching=choice().matching)
+    return found, replace(found[current], matching=choice().matching, masks=choice().masks or "detected")
 
 
 def folder() -> str:

@@ -144,6 +144,17 @@ class Place:
         return folder
 
     @cached_property
+    def masks(self) -> Path:
+        """What a labelling tool writes: the outline of a box in the first frame."""
+        entry = {
+            "image_id": 0,
+            "category_id": 47,
+            "score": 1.0,
+            "segmentation": [[300, 100, 340, 100, 340, 170, 300, 170]],
+        }
+        return write_json(self.folder / "masks.json", [entry])
+
+    @cached_property
     def mass_network(self) -> Path:
         """A network that has seen every recording of the dataset."""
         folder = self.run_of("train mass")
@@ -198,6 +209,7 @@ class Place:
             "estimates.csv": lambda: self.table,
             "table.tex": lambda: self.folder / "table.tex",
             "submission.csv": lambda: self.folder / "submission.csv",
+            "masks.json": lambda: self.masks,
             "report.html": lambda: self.folder / "report.html",
             "scores.html": lambda: self.folder / "scores.html",
             "tcp://10.0.0.5:8786": lambda: self.scheduler,
@@ -246,7 +258,7 @@ def check(words: str) -> Callable[[Callable[[Place, list[str]], None]], Callable
 def words_of(line: str) -> str:
     """The command's own words: ``train filling`` of ``train filling ROOT RUN``."""
     first, second, *_ = (*line.split(), "", "")
-    return f"{first} {second}" if first in ("train", "evaluate", "runs", "export") else first
+    return f"{first} {second}" if first in ("train", "evaluate", "runs", "export", "masks") else first
 
 
 @pytest.mark.parametrize("line", COMMANDS)
@@ -260,6 +272,7 @@ def test_the_readme_names_every_command() -> None:
         "": cli.COMMANDS,
         "runs ": cli.RUNS,
         "export ": cli.EXPORT,
+        "masks ": cli.MASKS,
         "train ": cli.TRAIN,
         "evaluate ": cli.EVALUATE,
     }
@@ -426,6 +439,38 @@ def _(place: Place, arguments: list[str]) -> None:
     arguments[arguments.index(DETECTED_HERE)] = "000000"
     run(arguments)
     assert (place.folder / "recording.rrd").read_bytes().startswith(b"RRF")
+
+
+@check("masks next")
+def _(_: Place, arguments: list[str]) -> None:
+    assert "no frame to correct" in run(arguments)  # there are no detections
+    arguments[arguments.index(DETECTED_HERE)] = "000000"
+    lines = run(arguments).splitlines()
+    assert "the estimate uses it" in lines[0]
+    assert len(lines) == 2
+
+
+@check("masks import")
+def _(_: Place, arguments: list[str]) -> None:
+    assert f"{DETECTED_HERE}, view3: 1 masks by hand" in run(arguments)
+
+
+@check("masks show")
+def _(place: Place, arguments: list[str]) -> None:
+    assert "has no masks by hand" in run([*arguments[:-1], "000003"])
+    for view in ("view3", "view1"):
+        run(["masks", "import", str(place.dataset), "000000", view, str(place.masks)])
+    output = run([*arguments[:-1], "000000"])
+    assert "by hand" in output
+    assert "`paper`: " in output
+
+
+@check("masks export")
+def _(place: Place, arguments: list[str]) -> None:
+    run(["masks", "import", str(place.dataset), DETECTED_HERE, "view3", str(place.masks), "--who", "Ada"])
+    run(arguments)
+    [entry] = json.loads((place.folder / "OUT" / "view3" / "by-hand" / f"{DETECTED_HERE}.json").read_text())
+    assert (entry["source"], entry["who"]) == ("by hand", "Ada")
 
 
 @check("train filling")

@@ -54,8 +54,8 @@ def true_views(recording, dataset, store):
 @pytest.fixture
 def known(dataset, store, monkeypatch):
     """The true masks of all recordings are known."""
-    monkeypatch.setattr(attribution, "true_views", lambda recording: true_views(recording, dataset, store))
-    monkeypatch.setattr(attribution, "known_stages", lambda _: STAGES)
+    monkeypatch.setattr(attribution, "_true", lambda recording, _: true_views(recording, dataset, store))
+    monkeypatch.setattr(attribution, "known_stages", lambda *_, **__: STAGES)
     open_predictors.cache_clear()
 
 
@@ -105,7 +105,7 @@ def test_several_true_frames_are_fitted_where_the_preset_fits_several(run, datas
         return estimate(recording, detections=detections, **options)
 
     monkeypatch.setattr(attribution, "estimate", counting)
-    monkeypatch.setattr(attribution, "known_stages", lambda _: ("best frame",))
+    monkeypatch.setattr(attribution, "known_stages", lambda *_, **__: ("best frame",))
     attribute_run(replace(several, rows=run.rows[:1]), dataset, store=store)
     assert fitted == [frames]
     assert len(frames) == 3
@@ -140,18 +140,18 @@ def test_without_true_masks_only_dimensions_are_replaced(run, dataset, store):
 
 @pytest.mark.usefixtures("known")
 def test_a_recording_without_truth_is_a_failed_row_with_the_reason(run, dataset, store, monkeypatch):
-    def nothing(recording):
+    def nothing(recording, _):
         raise NotFoundError(f"no truth of {recording.id}")
 
-    monkeypatch.setattr(attribution, "true_views", nothing)
+    monkeypatch.setattr(attribution, "_true", nothing)
     rows = attribute_run(run, dataset, store=store)["masks"]
     assert [row["status"] for row in rows] == ["failed"] * 3
     assert rows[1]["notes"] == "no truth of 000001"
 
 
-def test_the_result_is_kept_until_the_run_changes(replaced, run, store):
-    assert load_attribution(run, store=store) == replaced
-    assert load_attribution(replace(run, rows=run.rows[:1]), store=store) is None
+def test_the_result_is_kept_until_the_run_changes(replaced, run, dataset, store):
+    assert load_attribution(run, dataset, store=store) == replaced
+    assert load_attribution(replace(run, rows=run.rows[:1]), dataset, store=store) is None
 
 
 def test_stopped_work_keeps_nothing(run, dataset, store):
@@ -160,7 +160,7 @@ def test_stopped_work_keeps_nothing(run, dataset, store):
         run, dataset, store=store, progress=lambda step, _: done.append(step), cancelled=lambda: 1 in done
     )
     assert len(rows["dimensions"]) == 1
-    assert load_attribution(run, store=store) is None
+    assert load_attribution(run, dataset, store=store) is None
 
 
 def test_networks_that_changed_are_refused(run, dataset, store):
@@ -196,9 +196,10 @@ def ablated(synthetic, tmp_path_factory):
     return {condition: estimates_table(found) for condition, found in rows.items()}
 
 
-def test_all_stages_are_known_of_synthetic_recordings(synthetic, dataset):
-    assert known_stages(synthetic) == STAGES
-    assert known_stages([*synthetic, *dataset]) == ("dimensions",)
+def test_all_stages_are_known_of_synthetic_recordings(synthetic, dataset, store):
+    assert known_stages(synthetic, store=store) == STAGES
+    assert known_stages([*synthetic, *dataset], store=store) == STAGES
+    assert known_stages(dataset, store=store) == ("dimensions",)
 
 
 def test_every_part_is_left_out_once():

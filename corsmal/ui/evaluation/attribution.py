@@ -26,6 +26,11 @@ from corsmal.ui.linked_plot import linked_plot
 from corsmal.ui.messages import plain
 from corsmal.ui.one_of import one_of
 
+UNKNOWN_MASKS = (
+    "The true masks and the true best frame are known only for synthetic recordings, and for those whose masks were "
+    "corrected by hand in two views of a frame (*Frames*)."
+)
+
 
 def attribution_section(judged: Judged) -> None:
     """How much of each error goes away with each stage's mistakes."""
@@ -33,7 +38,7 @@ def attribution_section(judged: Judged) -> None:
     key = f"attribution {run.key}"
     if follow(key):
         return
-    rows = load_attribution(run, store=shared.store())
+    rows = load_attribution(run, dataset, store=shared.store())
     if rows is None:
         _offer(key, run, dataset)
         return
@@ -61,7 +66,7 @@ def attribution_section(judged: Judged) -> None:
     pin_figure(judged, figure, title="Errors with each stage replaced by the truth", key="attribution", numbers=told)
     _by_container(shown, run)
     if not set(STAGES) <= set(rows):
-        st.caption("The true masks and the true best frame are known only for synthetic recordings.")
+        st.caption(UNKNOWN_MASKS)
     _table(shown, run)
 
 
@@ -131,10 +136,11 @@ def _offer(key: str, run: Run, dataset: Dataset) -> None:
     if not run.is_complete:
         st.info("This run is incomplete. Its errors can be attributed once all recordings are estimated.")
         return
-    stages = known_stages(dataset[row["recording_id"]] for row in run.rows if row["recording_id"] in dataset)
+    recordings = (dataset[row["recording_id"]] for row in run.rows if row["recording_id"] in dataset)
+    stages = known_stages(recordings, store=shared.store())
     st.info(
         f"Estimate the run again with one stage after the other replaced by the truth: {', '.join(stages)} and filling."
-        + (" The true masks and the true best frame are known only for synthetic recordings." * (stages != STAGES)),
+        + (f" {UNKNOWN_MASKS}" * (stages != STAGES)),
         icon=":material/troubleshoot:",
     )
     if st.button("Attribute errors to stages", type="primary", icon=":material/troubleshoot:", key="start_attribution"):

@@ -95,6 +95,7 @@ def open_recording(run: Run, recording: str, *, metric: str, page: str | None = 
             "pair": pair if len(pair) == 2 else None,
             "match": None if matching.by == "time" else matching.by,
             "offsets_s": matching.offsets_s,
+            "masks": None if run.settings.masks == "detected" else run.settings.masks,
         },
     )
     page = page or (STAGE_PAGES[metric] if metric != "failures" else _failed_stage(row))

@@ -7,6 +7,7 @@ import streamlit as st
 
 from corsmal.dataset import Dataset, Recording
 from corsmal.dataset.clock import Matching
+from corsmal.dataset.layout import MASK_NAMES, Masks
 from corsmal.engines.local import local_engine
 from corsmal.errors import CorsmalError
 from corsmal.parameters import METHOD_VIEWS, SELECTION_PRESETS, SHAPE_PRESETS, ShapeParameters, own_selection
@@ -69,12 +70,14 @@ def new_run(dataset: Dataset, taken: list[str]) -> None:
     matching = session.choice().matching
     if matching != Matching():
         st.caption(f":material/schedule: The views of all recordings are matched {matching}, as on the *Frames* page.")
+    masks: Masks = one_of("Masks", MASK_NAMES, key="run_masks")
     settings = default_settings(
         dataset,
         shape=presets[preset],
         selection=SELECTION_PRESETS[selection],
         detector=detector,
         matching=matching,
+        masks=masks,
     )
     left_out = left_out_note(dataset, settings)
     if left_out:

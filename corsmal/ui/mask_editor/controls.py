@@ -1,0 +1,49 @@
+"""Which masks are used, and opening the editor."""
+
+import streamlit as st
+
+from corsmal.dataset.layout import MASK_NAMES
+from corsmal.parameters import METHOD_VIEWS
+from corsmal.stages.by_hand import masks_by_view
+from corsmal.ui import session, shared
+from corsmal.ui.one_of import one_of
+from corsmal.ui.opened import OpenedRecording
+
+
+def masks_control(opened: OpenedRecording) -> None:
+    """Choose which masks are used on all pages, where the recording has masks by hand or the address wants them."""
+    found = masks_by_view(opened.recording, store=shared.store())
+    if any(found.values()) or session.choice().masks is not None:
+        one_of("Masks", MASK_NAMES, key="masks_control", field="masks")
+
+
+def edit_control(view: str, *, frame: int, key: str) -> None:
+    """A button that opens the editor of masks on *Frames* for a view of a frame."""
+    if st.button(f"Correct the mask of {view}", icon=":material/draw:", key=key):
+        session.choose(edited=view, frame=frame)
+        st.switch_page("pages/frames.py")
+
+
+def toggle_control(opened: OpenedRecording, view: str) -> bool:
+    """Open or close the editor.
+
+    Args:
+        opened: the recording.
+        view: the view that is edited at first.
+
+    Returns:
+        Whether it is open.
+    """
+    views = [name for name in METHOD_VIEWS if name in opened.recording.views]
+    edited = session.choice().edited
+    if not views:
+        return False
+    st.session_state["edit_masks"] = edited is not None
+    st.toggle(
+        "Correct masks by hand",
+        key="edit_masks",
+        on_change=lambda: session.choose(edited=None if edited is not None else view),
+        help="Draw the container's outline where the detector erred, and see what the estimate would be. What was "
+        "detected stays; *Masks* above says which of them are used.",
+    )
+    return edited is not None

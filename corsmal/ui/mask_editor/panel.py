@@ -1,0 +1,184 @@
+"""The panel of masks by hand on *Frames*: the editor, what the masks change, their versions, what to correct next."""
+
+import uuid
+from dataclasses import replace
+
+import pandas as pd
+import streamlit as st
+
+from corsmal.estimation import Fit
+from corsmal.parameters import SHAPE_PRESETS, selection_of
+from corsmal.quantities import BY_NAME, GEOMETRY
+from corsmal.selection import BestFrame
+from corsmal.stages.hand_comparison import compare_masks, compare_outlines, frames_to_correct, mask_sentence
+from corsmal.ui import session, shared
+from corsmal.ui.amounts import amount, measure, percent_error
+from corsmal.ui.folders import is_read_only
+from corsmal.ui.linked_plot.component import fresh_report
+from corsmal.ui.mask_editor.component import EDITOR, editor_component
+from corsmal.ui.mask_editor.controls import toggle_control
+from corsmal.ui.mask_editor.edited import EditedFrame
+from corsmal.ui.mask_editor.edits import outcome
+from corsmal.ui.mask_editor.fits import fits_of
+from corsmal.ui.messages import guarded, plain
+from corsmal.ui.opened import OpenedRecording
+from corsmal.ui.shape.measures import annotated
+
+SESSION, SAID, COMPARED = "mask_editor_session", "mask_editor_said", "masks_compared"
+NEXT_SHOWN = 5
+
+
+def mask_editor(opened: OpenedRecording, best: BestFrame, frame: int) -> bool:
+    """Show the switch of the editor, and the editor where it is on.
+
+    Args:
+        opened: the recording.
+        best: gives the pair of views.
+        frame: of the recording.
+
+    Returns:
+        Whether the editor is open.
+    """
+    if not toggle_control(opened, best.pair[0]):
+        return False
+    detected = opened
+    if opened.recording.masks != "detected":
+        detected = OpenedRecording(replace(opened.recording, masks="detected"), opened.selection)
+    said = _take_over(detected)
+    views = [view for view in (*best.pair, *detected.recording.views) if view in detected.recording.views]
+    wanted = session.choice().edited
+    active = wanted if wanted in views else views[0]
+    shape = session.choice().shape
+    fits = fits_of(detected, best.pair, frame, shape)
+    editor_component(detected, frame, active=active, fit=fits[1], said=said)
+    _numbers(detected, fits)
+    with guarded():
+        _versions(EditedFrame(detected, active, frame))
+    with guarded():
+        _next_frames(detected, best)
+    with guarded():
+        _comparison(detected)
+    return True
+
+
+def _take_over(opened: OpenedRecording) -> list[str]:
+    """Do what the visitor did in the editor.
+
+    Returns:
+        What is to be said of it.
+    """
+    state, report = st.session_state, fresh_report(EDITOR)
+    by = state.setdefault(SESSION, uuid.uuid4().hex[:12])
+    view = (report.get("values") or {}).get("view")
+    if view in opened.recording.views:
+        session.choose(edited=view)
+    if report.get("actions"):
+        state[SAID] = outcome(opened, report["actions"], by=by)
+    elif report:
+        state[SAID] = []
+    said: list[str] = state.get(SAID, [])
+    return said
+
+
+def _numbers(opened: OpenedRecording, fits: tuple[Fit, Fit]) -> None:
+    """The four quantities of the frame with the masks by hand, beside those with the detected ones, and the truth."""
+    (detected, hand), truth = fits, annotated(opened.recording)
+    st.caption(
+        f"This frame, `{session.choice().shape_name}`, {' + '.join(hand.pair)}, with the masks as they are drawn:"
+    )
+    for column, name in zip(st.columns(4), GEOMETRY, strict=True):
+        value, before, true = getattr(hand.dimensions, name), getattr(detected.dimensions, name), truth.get(name)
+        notes = [f"detected masks: {'–' if before is None else amount(name, before)}"]
+        if true is not None:
+            error = "" if value is None else f", error {percent_error(value, true)}"
+            notes.append(f"annotated {BY_NAME[name].text(true)}{error}")
+        measure(column, BY_NAME[name].label, "–" if value is None else amount(name, value), notes[0])
+        column.caption("  \n".join(notes[1:]))
+    if not hand.ok:
+        st.caption(f":material/search_off: Nothing fits these masks: {plain(hand.dimensions.reason)}")
+
+
+def _versions(edited: EditedFrame) -> None:
+    """All versions of the frame's mask, by whomever, and taking one up again."""
+    history, masks = edited.history, edited.masks
+    for problem in masks.problems():
+        st.warning(plain(problem), icon=":material/warning:")
+    steps = [step for step in history.steps if step.mask is not None]
+    with st.expander(
+        f"Versions of the mask of {edited.view}, frame {edited.frame} ({len(steps)})", icon=":material/history:"
+    ):
+        if not steps:
+            st.caption("Nothing was drawn here yet.")
+            return
+        rows = [
+            {
+                "version": step.number,
+                "tool": step.tool,
+                "who": step.who or "–",
+                "when (UTC)": step.when[:19].replace("T", " "),
+                "pixels": 0 if step.mask is None else step.mask.area,
+                "beside": "drawn on an older version, not shown" if step.is_beside else "",
+            }
+            for step in reversed(steps)
+        ]
+        st.dataframe(pd.DataFrame(rows), hide_index=True, height="content" if len(rows) < 8 else 280)
+        if not is_read_only():
+            number = st.selectbox("Version", [step.number for step in reversed(steps)], key=f"version {edited.view}")
+            if st.button("Use this version", icon=":material/restore:", key="use_version"):
+                masks.restore(edited.own, number, by=st.session_state[SESSION])
+                st.rerun(scope="fragment")
+
+
+def _next_frames(opened: OpenedRecording, best: BestFrame) -> None:
+    """Frames whose correction would tell most, on request: several are fitted for that."""
+    key = f"next {opened.key} {best.pair}"
+    if st.button(
+        "Which mask next?",
+        icon=":material/search_insights:",
+        key="next_mask",
+        help="First the frames that the "
+        "estimate uses, then those in which hull and masks, and so the two views, agree least.",
+    ):
+        shape = session.choice().estimated_shape
+        st.session_state[key] = frames_to_correct(
+            opened.recording,
+            opened.detections,
+            pair=best.pair,
+            shape=shape,
+            selection=selection_of(shape),
+            store=shared.store(),
+        )
+    found = st.session_state.get(key)
+    if found is None:
+        return
+    if not found:
+        st.caption("There is none: all frames with detections in both views have masks by hand.")
+    for candidate in found[:NEXT_SHOWN]:
+        if st.button(str(candidate), key=f"next {candidate.frame} {candidate.view}", type="tertiary"):
+            session.choose(frame=candidate.frame, edited=candidate.view)
+            st.rerun(scope="fragment")
+
+
+def _comparison(opened: OpenedRecording) -> None:
+    """What all masks by hand of the recording change, on request: all presets are estimated for that."""
+    if not st.toggle("What do the masks by hand of this recording change?", key=COMPARED):
+        return
+    store, recording = shared.store(), opened.recording
+    table = compare_masks(recording, shapes=SHAPE_PRESETS, store=store)
+    if table.empty:
+        st.info("It takes masks by hand in two views of a frame.", icon=":material/draw:")
+        return
+    truth = annotated(recording)
+    shown = table.reset_index()[["preset", "masks", *GEOMETRY, "frame", "pair"]]
+    if truth:
+        shown.loc[len(shown)] = {"preset": "annotation", **truth}
+    labels = {name: f"{BY_NAME[name].label} ({BY_NAME[name].unit})" for name in GEOMETRY}
+    st.dataframe(shown.rename(columns=labels).style.format(precision=1, na_rep="–"), hide_index=True, height="content")
+    st.caption(
+        "The same frames and views with the detected masks and with those by hand; each preset chooses among them."
+    )
+    if truth:
+        st.markdown("\n".join(f"- {mask_sentence(table, truth, preset=preset)}" for preset in SHAPE_PRESETS))
+    outlines = compare_outlines(recording, store=store)
+    st.dataframe(outlines.style.format(precision=3, na_rep="–"), hide_index=True, height="content")
+    st.caption("Detected masks against those by hand: overlap (IoU), and the pixels that the detector missed or added.")
