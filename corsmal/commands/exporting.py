@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from corsmal.commands import PRESET_HELP, Root, say, shape_preset
+from corsmal.commands import PRESET_HELP, Root, complain, say, shape_preset
+from corsmal.errors import CorsmalError
 
 if TYPE_CHECKING:
     from corsmal.dataset import Recording
@@ -62,7 +63,7 @@ def rerun(
 
 
 def _heard(recording: "Recording") -> "tuple[FillingPrediction, ...]":
-    """What the filling network says of each second; nothing where no network is meant for the recording."""
+    """What the filling network says of each second; nothing where none can, or none is meant for the recording."""
     from corsmal.filling import FillingPredictor, open_filling
     from corsmal.filling.features import recording_features
     from corsmal.weights import find_weights
@@ -73,6 +74,10 @@ def _heard(recording: "Recording") -> "tuple[FillingPrediction, ...]":
     predictor = open_filling(weights.path)
     if not isinstance(predictor, FillingPredictor):  # one of sound and sight has no answer to a second of sound
         return ()
-    features = recording_features(recording, parameters=predictor.front_end)
-    window, hop = (max(1, round(length_s / features.row_s)) for length_s in (WINDOW_S, HOP_S))
-    return tuple(predictor.predict_windows(features.values, window=window, hop=hop, steps_s=features.row_s))
+    try:
+        features = recording_features(recording, parameters=predictor.front_end)
+        window, hop = (max(1, round(length_s / features.row_s)) for length_s in (WINDOW_S, HOP_S))
+        return tuple(predictor.predict_windows(features.values, window=window, hop=hop, steps_s=features.row_s))
+    except CorsmalError as error:
+        complain("sound", error)
+        return ()

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from corsmal.commands import FeatureOptions, Root, RunFolder, complain, progress_bar, say, show
-from corsmal.errors import CorsmalError, FileError, NotFoundError
+from corsmal.errors import CorsmalError, FileError
 
 if TYPE_CHECKING:
     from corsmal.dataset import Dataset, TrainedOn
     from corsmal.filling import FillingSample, FillingTraining, FusedTraining
+    from corsmal.filling.config import FrontEnd
 
 Preset = Literal["paper", "released", "tuned", "fused"]
 PresetOption = Annotated[
@@ -157,22 +158,18 @@ def _samples(dataset: "Dataset", features: list[Path] | None, *, preset: Preset)
     Raises:
         FileError: no recording has both.
     """
-    from corsmal.filling import LogMelParameters, filling_samples
-    from corsmal.filling.features import recording_features
-    from corsmal.filling.frontend import check_loud
+    from corsmal.filling import filling_samples
+    from corsmal.filling.features import training_features
     from corsmal.filling.sight import FeatureFolders, sight_features
     from corsmal.store import Store
 
-    folders, is_released = FeatureFolders.of(features or []), preset == "released"
-    parameters = LogMelParameters.of("released" if is_released else "paper")
-    store, found, seen = Store(), {}, {}
+    folders, store = FeatureFolders.of(features or []), Store()
+    front_end: FrontEnd = "released" if preset == "released" else "paper"
+    found, seen = {}, {}
     with progress_bar("features") as progress:
         for done, recording in enumerate(dataset, start=1):
             try:
-                if is_released and recording.sound_end_s is not None:
-                    raise NotFoundError("left out, as by the authors' program: its recorder was not stopped")
-                given = recording_features(recording, folder=folders.sound, parameters=parameters, store=store)
-                check_loud(given.values, row_s=given.row_s)
+                given = training_features(recording, front_end=front_end, folder=folders.sound, store=store)
                 found[recording.id] = given.values
                 if folders.sight is not None:
                     seen[recording.id] = sight_features(folders.sight, recording.id)

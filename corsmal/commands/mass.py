@@ -8,7 +8,7 @@ import typer
 
 from corsmal.commands import MatchViews, Offsets, Root, RunFolder, progress_bar, say, shape_preset, show, view_matching
 from corsmal.errors import ArgumentError, FileError
-from corsmal.parameters import SHAPE_PRESETS
+from corsmal.parameters import SHAPE_PRESETS, NetworkPreset
 
 if TYPE_CHECKING:
     from corsmal.dataset import Dataset, TrainedOn
@@ -23,7 +23,7 @@ def train(
     folder: RunFolder,
     *,
     preset: Annotated[
-        Literal["paper", "released", "tuned"],
+        NetworkPreset,
         typer.Option(
             help="paper: as published; released: the network and the masks of the authors' program; tuned: the network "
             "also sees the image's scale, and learns ln(1 + g)."

@@ -18,6 +18,7 @@ from corsmal.commands import (
     view_matching,
 )
 from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine
+from corsmal.parameters import NetworkPreset
 from corsmal.quantities import duration_text
 
 if TYPE_CHECKING:
@@ -42,7 +43,13 @@ def reproduce(
     ] = "spread",
     seeds: Annotated[int, typer.Option(help="Number of cross-validations, with the seeds 0, 1, …", min=1)] = 1,
     preset: Annotated[str, typer.Option(help=PRESET_HELP)] = "paper",
-    networks: Annotated[Literal["paper", "tuned"], typer.Option(help="Preset of both networks.")] = "paper",
+    networks: Annotated[
+        NetworkPreset,
+        typer.Option(
+            help="Preset of both networks. released: networks, front end, masks and training of the authors' program; "
+            "with --preset released, too, all of it is reproduced."
+        ),
+    ] = "paper",
     features: FeatureFolder = None,
     detector: DetectFirst = None,
     match: MatchViews = None,

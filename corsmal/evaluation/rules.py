@@ -1,6 +1,6 @@
 """Estimates under several conditions side by side, and what each rule that is switched changes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -59,6 +59,26 @@ def side_by_side(estimates: Mapping[str, pd.DataFrame], annotation: pd.DataFrame
     table["metric_place"] = table["metric"].map(metrics)
     table = table.sort_values(["metric_place", "place"], kind="stable", ignore_index=True)
     return table.drop(columns=["place", "metric_place"]).astype({"container_id": "Int64"})
+
+
+def average_errors(table: pd.DataFrame, conditions: Sequence[str]) -> pd.DataFrame:
+    """The averages over containers under some conditions.
+
+    Args:
+        table: from ``side_by_side``.
+        conditions: the rows, in their order; those that the table does not have are left out.
+
+    Returns:
+        A row per condition, which the index ``method`` names: ``SHAPE_METRICS``, MAPE in %, each followed by the mean
+        signed error in %, ``height_signed_percent`` for ``height_mape``.
+    """
+    rows = table[(table["container"] == AVERAGE) & table["condition"].isin(list(conditions))]
+    columns: dict[str, pd.Series] = {}
+    for metric in SHAPE_METRICS:
+        own = rows[rows["metric"] == metric].set_index("condition")
+        columns |= {metric: own["error"], f"{metric.removesuffix('_mape')}_signed_percent": own["signed"]}
+    found = pd.DataFrame(columns)
+    return found.reindex([name for name in conditions if name in found.index]).rename_axis("method")
 
 
 def rule_effects(

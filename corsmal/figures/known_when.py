@@ -14,6 +14,7 @@ from corsmal.figures.panels import (
     caption,
     cursor_text,
     log_mel_axis,
+    log_mel_caption,
     log_mel_image,
     panel_axis,
     stacked_domains,
@@ -43,7 +44,6 @@ PANELS_PX = {"log-mel": 64, "type": 76, "level": 64, "capacity": 104, "mass": 10
 MARGIN_PX = {"l": 60, "r": 14, "t": 20, "b": 40}
 MASSES = {"container_mass_g": ("container", CONTAINER), "object_mass_g": ("container and filling", TOTAL)}
 CAPTIONS = {
-    "log-mel": "<b>Sound</b>, log-mel spectrogram",
     "type": "<b>Type</b> from the sound so far",
     "level": "<b>Level</b> from the sound so far",
     "capacity": "<b>Capacity</b> from the frames so far",
@@ -99,7 +99,7 @@ def known_when_figure(
             *([] if best is None else [cursor_line(best[0], yref="paper", colour=BEST)]),
         ],
         annotations=[
-            *(caption(_caption(name, moments), domains[name][1]) for name in names),
+            *(caption(_caption(name, moments, picture), domains[name][1]) for name in names),
             *(_truth_text(*truth) for truth in truths),
             *labels,
             *([] if best is None else [cursor_text(*best, colour=BEST)]),
@@ -198,7 +198,9 @@ def _truth_text(value: float, yaxis: str, text: str) -> Part:
     return note(text, yanchor="bottom", font={"size": 11, "color": TRUTH}, **place)
 
 
-def _caption(name: str, moments: Sequence[Moment]) -> str:
+def _caption(name: str, moments: Sequence[Moment], picture: SoundPicture | None) -> str:
+    if name == "log-mel" and picture is not None:
+        return log_mel_caption(picture)
     has_band = name == "capacity" and _is_known(moments, "capacity_ml_low")
     return CAPTIONS[name] + (", band: 90 % interval" if has_band else "")
 

@@ -50,6 +50,13 @@ def log_mel_image(picture: SoundPicture, *, yaxis: str) -> Part:
     return {"source": picture.log_mel, "xref": "x", "yref": yaxis, "sizing": "stretch", "layer": "below", **place}
 
 
+def log_mel_caption(picture: SoundPicture) -> str:
+    """Whose rows are drawn, and what their colours stand for."""
+    low, high = (f"{limit:.0f}".replace("-", "−") for limit in picture.limits)
+    text = f"<b>Log-mel</b> by {picture.source}: {picture.unit} of the power, {low} (dark) to {high} (bright)"
+    return text + ("; grey: silence, −∞" if picture.has_silence else "")
+
+
 def anchor(yaxis: str) -> Part:
     """Plotly draws no axis that has an image but no trace."""
     return scatter([0], [0], mode="markers", yaxis=yaxis, opacity=0, hoverinfo="skip")

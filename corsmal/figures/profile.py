@@ -1,10 +1,14 @@
 """The radii profile: what was fitted, what smoothing rejected, and where the ends are."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.style import BEST, DROPPED, PRESET_COLOURS, TRUTH, Part, axis, note, plain_layout, scatter
 from corsmal.shape import Dimensions, Hull, KnownProfile
+
+MARGIN_MM, MARGIN_SHARE = 30.0, 0.3
+"""What is shown above and below the fitted heights: mm at least, and the share of their extent."""
 
 
 @Drawing
@@ -25,14 +29,18 @@ def profile_figure(
         known: the container's profile as far as it is known, drawn where its base is or else from the lower end up.
         beside: preset and hull of another fit, drawn over it.
     """
-    traces = _radii(hull, dimensions, PRESET_COLOURS[preset])
     ends = {"i_b, lower end": dimensions.bottom, "i_t, upper end": dimensions.top}
     marks = {
         f"{name}: {2 * hull.radii_mm[index]:.1f} mm wide": float(hull.heights_mm[index])
         for name, index in ends.items()
         if index is not None
     }
+    drawn_mm = [each.heights_mm[each.converged] for each in (hull, *([] if beside is None else [beside[1]]))]
     base_mm = None if known is None else known.base_of(hull, dimensions)
+    if known is not None and base_mm is not None:
+        drawn_mm.append(known.heights_mm + base_mm)
+    limits_mm = _limits(hull, np.concatenate(drawn_mm))
+    traces = _radii(hull, dimensions, PRESET_COLOURS[preset], is_part=limits_mm is not None)
     if known is not None and base_mm is not None:
         traces.append(_known(known, base_mm=base_mm))
     if beside is not None and beside[1].ok:
@@ -44,21 +52,37 @@ def profile_figure(
     ]
     widest_mm = float(np.concatenate(shown).max(initial=1.0))
     right = {"xref": "x domain", "x": 1, "xanchor": "right", "yanchor": "bottom"}
+    fixed = {} if limits_mm is None else {"range": limits_mm}
     layout = plain_layout(
         shapes=[_across(height_mm) for height_mm in marks.values()],
         annotations=[note(text, y=height_mm, **right) for text, height_mm in marks.items()],
         xaxis=axis("radius (mm)", range=[0, 1.1 * widest_mm], constraintoward="left"),
-        yaxis=axis("height z above the table (mm)", scaleanchor="x"),
+        yaxis=axis("height z above the table (mm)", scaleanchor="x", **fixed),
     )
     return traces, layout
 
 
-def _radii(hull: Hull, dimensions: Dimensions, colour: str) -> list[Part]:
+def _limits(hull: Hull, drawn_mm: NDArray[np.float64]) -> list[float] | None:
+    """Where the picture begins and ends, mm, if heights at which nothing fits would make the container small.
+
+    Args:
+        hull: the fitted hull.
+        drawn_mm: (n,) heights of what is drawn but for unfitted circumferences.
+    """
+    if not hull.converged.any():
+        return None
+    margin_mm = max(MARGIN_MM, MARGIN_SHARE * float(np.ptp(drawn_mm)))
+    low, high = float(drawn_mm.min()) - margin_mm, float(drawn_mm.max()) + margin_mm
+    return [low, high] if hull.heights_mm.min() < low or hull.heights_mm.max() > high else None
+
+
+def _radii(hull: Hull, dimensions: Dimensions, colour: str, *, is_part: bool) -> list[Part]:
+    unfitted = "unfitted; double-click to see all" if is_part else "unfitted"
     kept = np.isin(np.arange(len(hull.converged)), dimensions.kept)
     groups = (
         ("kept", hull.converged & kept, {"color": colour, "size": 6}, "lines+markers"),
         ("rejected by d_max", hull.converged & ~kept, {"color": DROPPED, "size": 8, "symbol": "x"}, "markers"),
-        ("unfitted", ~hull.converged, {"color": TRUTH, "size": 4, "symbol": "circle-open"}, "markers"),
+        (unfitted, ~hull.converged, {"color": TRUTH, "size": 4, "symbol": "circle-open"}, "markers"),
     )
     look = {"line": {"color": colour, "width": 1}, "hovertemplate": "radius %{x:.1f} mm<br>z %{y:.1f} mm"}
     return [

@@ -10,6 +10,7 @@ from corsmal.figures.panels import (
     anchor,
     caption,
     log_mel_axis,
+    log_mel_caption,
     log_mel_image,
     panel_axis,
     stacked_domains,
@@ -36,7 +37,6 @@ TRAINING_CROPS = ((0.0, 0.4, "training crops begin here"), (0.6, 1.0, "training 
 
 CAPTIONS = {
     "waveform": "<b>Waveform</b>, {channel}",
-    "log-mel": "<b>Log-mel</b> spectrogram, the louder the brighter",
     "attention": "<b>CLS attention</b> within the crop (1 = uniform)",
     "type": "<b>Type</b> from a sliding {window_s:g} s window",
     "level": "<b>Level</b> from the same window",
@@ -77,7 +77,8 @@ def timeline_figure(
         traces += window_areas(windows, head=head, yaxis=ids[head])
         labels += window_labels(windows, head=head, yaxis=ids[head], width_s=picture.duration_s)
     window_s = round(length_s(windows[0]), 1) if windows else 0.0
-    captions = {name: CAPTIONS[name].format(channel=channel, window_s=window_s) for name in names}
+    captions = {name: text.format(channel=channel, window_s=window_s) for name, text in CAPTIONS.items()}
+    captions["log-mel"] = log_mel_caption(picture)
     limits_s = [picture.span_s[0], max(picture.span_s[1], picture.duration_s)]
     layout = plain_layout(
         height=height_px,

@@ -12,10 +12,11 @@ from corsmal.files import writing
 from corsmal.filling.fused_prediction import FusedPredictor
 from corsmal.filling.fused_training import FusedTraining, train_fused
 from corsmal.filling.prediction import FillingPredictor
-from corsmal.filling.recipe import FillingTraining, Preset
+from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.records import LEVEL_NAMES, PREDICTION_COLUMNS, TYPE_NAMES, FillingPrediction
 from corsmal.filling.samples import FillingSample
 from corsmal.filling.training import part_of, train_filling
+from corsmal.parameters import NetworkPreset
 
 Validation = Literal["fold", "inner"]
 """What rule (1) chooses the epoch by: ``fold``: the recordings that are then predicted, as in the paper, which flatters
@@ -30,7 +31,7 @@ def cross_validate(
     samples: Sequence[FillingSample],
     *,
     folds: Mapping[str, int] | pd.Series,
-    preset: Preset | FillingTraining | FusedTraining = "paper",
+    preset: NetworkPreset | FillingTraining | FusedTraining = "paper",
     seeds: Sequence[int] = (0,),
     validation: Validation = "fold",
     trained_on: TrainedOn | None = None,
@@ -42,7 +43,7 @@ def cross_validate(
         folder: gets ``predictions.csv``, and a folder with the training and its weights for each seed and fold.
         samples: all recordings.
         folds: fold by recording id, such as ``spread_folds`` and ``folds_by_container`` return; it covers all samples.
-        preset: ``paper``, ``tuned``, or settings of your own; ``FusedTraining`` for fused networks.
+        preset: ``paper``, ``released``, ``tuned``, or settings of your own; ``FusedTraining`` for fused networks.
         seeds: one whole cross-validation each.
         validation: what rule (1) uses; not used by settings that keep the last epoch.
         trained_on: all recordings of ``samples``; the weights of each fold keep their part of them.

@@ -14,7 +14,8 @@ from corsmal.dataset.layout import Recording
 from corsmal.dataset.places import file_of
 from corsmal.digests import digest
 from corsmal.errors import FileError, NotFoundError
-from corsmal.filling.frontend import LogMelParameters, log_mel
+from corsmal.filling.config import FrontEnd
+from corsmal.filling.frontend import LogMelParameters, check_loud, log_mel
 from corsmal.notes import Note
 from corsmal.store import Store
 
@@ -96,6 +97,30 @@ def recording_features(
     if store:
         store.save_arrays(KIND, key, rows=rows, notes=_as_array(audio.notes))
     return Features(rows.astype(np.float32), parameters.row_s, (*cut, *audio.notes))
+
+
+def training_features(
+    recording: Recording,
+    *,
+    front_end: FrontEnd = "paper",
+    folder: str | Path | None = None,
+    store: Store | None = None,
+) -> Features:
+    """What a network that has this front end is trained on of a recording; otherwise as ``recording_features``.
+
+    With the authors' front end a recording whose recorder was not stopped (000377) is left out, as their program does.
+
+    Raises:
+        ArgumentError: the sound is silent where the front end has no number for silence.
+        NotFoundError: the recording is left out, or as ``recording_features``.
+        FileError: as ``recording_features``.
+    """
+    if front_end == "released" and recording.sound_end_s is not None:
+        raise NotFoundError("its recorder was not stopped: the authors' program does not train on it")
+    parameters = LogMelParameters.of(front_end)
+    found = recording_features(recording, folder=folder, parameters=parameters, store=store)
+    check_loud(found.values, row_s=found.row_s)
+    return found
 
 
 def _as_array(notes: Sequence[str]) -> NDArray[np.str_]:

@@ -8,8 +8,8 @@ from corsmal.errors import ArgumentError, check_choice
 from corsmal.fields import UNLESS_DEFAULT
 from corsmal.filling.config import AnyConfig, FillingConfig, check_together
 from corsmal.filling.samples import Task
+from corsmal.parameters import NetworkPresets
 
-Preset = Literal["paper", "released", "tuned"]
 Passes = Literal["alternating", "joint"]
 Keep = Literal["best", "last"]
 Optimiser = Literal["adamw", "sgd"]
@@ -18,7 +18,7 @@ CHOICES = {"passes": Passes, "keep": Keep, "optimiser": Optimiser, "schedule": S
 
 
 @dataclass(frozen=True)
-class FillingTraining:
+class FillingTraining(NetworkPresets):
     """How the filling network is trained.
 
     Args:
@@ -105,17 +105,6 @@ class FillingTraining:
             optimiser="sgd",
             momentum=0.5,
         )
-
-    @classmethod
-    def of(cls, preset: Preset) -> "FillingTraining":
-        """The preset of a name.
-
-        Raises:
-            ArgumentError: there is no such preset.
-        """
-        check_choice("preset", preset, get_args(Preset))
-        presets = {"paper": cls.paper, "released": cls.released, "tuned": cls.tuned}
-        return presets[preset]()
 
     def fitted_to(self, *, channels: int, features: int) -> "FillingTraining":
         """The same for features of another form."""

@@ -16,9 +16,10 @@ from corsmal.files import writing
 from corsmal.filling.files import read_filling, save_filling
 from corsmal.filling.folds import PAPER_FOLDS, spread_folds
 from corsmal.filling.loop import fit_network, kept_epoch
-from corsmal.filling.recipe import FillingTraining, Preset
+from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.records import NAMES
 from corsmal.filling.samples import FillingSample
+from corsmal.parameters import NetworkPreset
 
 RETRAINED = 2
 """Factor on the epochs of a second training, whose rate, lowered to zero by a cosine, is half as large on average."""
@@ -28,7 +29,7 @@ def train_filling(
     folder: Path,
     samples: Sequence[FillingSample],
     *,
-    preset: Preset | FillingTraining = "paper",
+    preset: NetworkPreset | FillingTraining = "paper",
     seed: int = 0,
     validation: Sequence[FillingSample] | None = None,
     trained_on: TrainedOn | None = None,
@@ -40,7 +41,8 @@ def train_filling(
         folder: gets the weights, and a folder for each network with its checkpoint, ``metrics.csv`` and TensorBoard's
             log, and within it ``search`` where the network is trained twice.
         samples: the recordings to train on.
-        preset: ``paper``, ``tuned``, or settings of your own; their channels and features become those of ``samples``.
+        preset: ``paper``, ``released``, ``tuned``, or settings of your own; their channels and features become those of
+            ``samples``.
         seed: 0 or more; of the first weights, the order of the recordings, the crops and dropout.
         validation: recordings that rule (1) chooses the epoch by. Default: a seventh of ``samples``, spread over the
             configurations, on which the network is then not trained; with ``retrain`` it is trained once more, on all

@@ -11,6 +11,7 @@ from corsmal.errors import ArgumentError, check_choice
 from corsmal.fields import UNLESS_DEFAULT
 from corsmal.mass.axis import AXIS_RULES, AxisRule
 from corsmal.mass.restoration import PADDING_PX
+from corsmal.parameters import NetworkPresets
 
 SIDE_PX = 112
 """Of the image that the network sees."""
@@ -18,7 +19,6 @@ SIDE_PX = 112
 BLOCKS = 4
 STD_MIN = 1e-6
 
-Preset = Literal["paper", "released", "tuned"]
 Resize = Literal["stretch", "letterbox"]
 Interpolation = Literal["area", "linear"]
 HiddenNorms = Literal["both", "first"]
@@ -35,7 +35,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class MassConfig:
+class MassConfig(NetworkPresets):
     """Sizes of the network and the form of what it is given.
 
     The paper gives no widths; the default ones are those of the authors' program.
@@ -123,17 +123,6 @@ class MassConfig:
             standardise=False,
             hidden_norms="first",
         )
-
-    @classmethod
-    def of(cls, preset: Preset) -> "MassConfig":
-        """The preset of a name.
-
-        Raises:
-            ArgumentError: there is no such preset.
-        """
-        check_choice("preset", preset, get_args(Preset))
-        presets = {"paper": cls.paper, "released": cls.released, "tuned": cls.tuned}
-        return presets[preset]()
 
 
 class MassModel(nn.Module):

@@ -4,7 +4,14 @@ The numbers are those of the paper's Table 1 and section 3.1; where the paper is
 chosen and why.
 """
 
-from corsmal.parameters.presets import SELECTION_PRESETS, SHAPE_PRESETS, own_selection, selection_of
+from corsmal.parameters.presets import (
+    SELECTION_PRESETS,
+    SHAPE_PRESETS,
+    NetworkPreset,
+    NetworkPresets,
+    own_selection,
+    selection_of,
+)
 from corsmal.parameters.selection import CENTRE_RULES, LADDER, CentreRule, SelectionParameters
 from corsmal.parameters.shape import (
     WALL_MAX_MM,
@@ -39,6 +46,8 @@ __all__ = [
     "CentreRule",
     "HeightRange",
     "HeightReference",
+    "NetworkPreset",
+    "NetworkPresets",
     "Pair",
     "PixelRule",
     "SelectionParameters",

@@ -1,5 +1,8 @@
 """The named presets, and which of them belong together."""
 
+from typing import Literal, Self, get_args
+
+from corsmal.errors import check_choice
 from corsmal.parameters.selection import SelectionParameters
 from corsmal.parameters.shape import ShapeParameters
 
@@ -11,6 +14,24 @@ SHAPE_PRESETS = {
 }
 
 SELECTION_PRESETS = {"paper": SelectionParameters.paper(), "released": SelectionParameters.released()}
+
+NetworkPreset = Literal["paper", "released", "tuned"]
+"""Of a network and its training."""
+
+
+class NetworkPresets:
+    """For settings that have a class method named after each ``NetworkPreset``."""
+
+    @classmethod
+    def of(cls, preset: NetworkPreset) -> Self:
+        """The preset of a name.
+
+        Raises:
+            ArgumentError: there is no such preset.
+        """
+        check_choice("preset", preset, get_args(NetworkPreset))
+        found: Self = getattr(cls, preset)()
+        return found
 
 
 def own_selection(shape_preset: str) -> str:

@@ -11,7 +11,7 @@ from corsmal.dataset.audio import CHANNELS, sound_duration_s
 from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError, FileError
 from corsmal.estimation import TrainingMeans
-from corsmal.parameters import METHOD_VIEWS, ShapeParameters, selection_of
+from corsmal.parameters import METHOD_VIEWS, NetworkPreset, ShapeParameters, selection_of
 from corsmal.stages.settings import DetectorSettings, EstimateSettings
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 Protocol = Literal["held-out", "paper"]
 Folds = Literal["spread", "containers"]
-NetworkPreset = Literal["paper", "tuned"]
 
 QUICK_EPOCHS, QUICK_MASS_EPOCHS = 3, 20
 FILLING_FOLDS, MASS_FOLDS, CONTAINER_FOLDS = 7, 5, 3
@@ -38,7 +37,7 @@ class ReproductionSettings:
             container in each; ``containers``: three folds of containers that the network has not seen.
         seeds: number of cross-validations, with the seeds 0, 1, ….
         shape: parameters of the fit.
-        networks: preset of both networks.
+        networks: preset of both networks and of the filling's training.
         features: folder of arrays for the filling network; None: log-mel of the sound.
         detector: for recordings without detections; None: they have no geometry.
         is_quick: few epochs, for a first look; the tables say so.
@@ -132,6 +131,12 @@ MEL_S, ARRAY_EPOCH_S = 0.3, 0.0025
 MEL_EPOCH_S = (2.0e-3, 1.7e-4)
 """An epoch on the log-mel of eight channels: per second of sound, and per square second, for the attention."""
 
+FILLING_NETWORKS: dict[NetworkPreset, tuple[int, int]] = {"paper": (1, 150), "released": (1, 100), "tuned": (8, 30)}
+"""How many networks a preset averages, and their epochs."""
+
+ONE_BY_ONE = {"sound": 1.4, "arrays": 5.0}
+"""How many times as long an epoch takes with one recording at a time, as ``released`` trains, on log-mel and arrays."""
+
 MASS_EPOCHS, MASS_EPOCH_S = 150, 0.004
 """Epochs that a training of the mass network lasts, and seconds of one for a recording."""
 
@@ -154,9 +159,12 @@ def plan(dataset: Dataset, settings: ReproductionSettings, tests: Sequence[Datas
         epoch_s = sum(_mel_epoch_s(dataset[name]) for name in known)
     else:
         epoch_s = labelled * ARRAY_EPOCH_S
-    epochs = (QUICK_EPOCHS if settings.is_quick else 150) if settings.networks == "paper" else 8 * 30
-    folds = CONTAINER_FOLDS if by_container else FILLING_FOLDS
-    rounds = settings.seeds * folds
+    if settings.networks == "released":
+        epoch_s *= ONE_BY_ONE["sound" if settings.features is None else "arrays"]
+    count, epochs = FILLING_NETWORKS[settings.networks]
+    epochs = QUICK_EPOCHS if settings.is_quick else epochs
+    filling_s = count * epochs * epoch_s
+    rounds = settings.seeds * (CONTAINER_FOLDS if by_container else FILLING_FOLDS)
     mass_epochs = QUICK_MASS_EPOCHS if settings.is_quick else MASS_EPOCHS
     mass_folds = CONTAINER_FOLDS if by_container else MASS_FOLDS
     mass_rounds = settings.seeds * (mass_folds if settings.protocol == "held-out" else 1)
@@ -170,10 +178,10 @@ def plan(dataset: Dataset, settings: ReproductionSettings, tests: Sequence[Datas
             else f"arrays of {labelled} recordings",
             labelled * (MEL_S if settings.features is None else 0.001),
         ),
-        PlannedStep("filling", f"{rounds} networks of {epochs} epochs", rounds * epochs * epoch_s),
+        PlannedStep("filling", f"{rounds * count} networks of {epochs} epochs", rounds * filling_s),
         PlannedStep("masks", f"masks and dimensions of {weighed} recordings", weighed * FIT_S[settings.shape.method]),
         PlannedStep("mass", f"{mass_rounds} networks", mass_rounds * mass_round_s),
-        PlannedStep("final networks", "one of each kind on all recordings", epochs * epoch_s + mass_round_s),
+        PlannedStep("final networks", "one of each kind on all recordings", filling_s + mass_round_s),
     ]
     for name, test in named_tests(tests).items():
         recordings = [recording for recording in test if is_filmed(recording)]

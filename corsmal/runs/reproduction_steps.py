@@ -123,18 +123,19 @@ class Work:
 
     def _samples(self) -> "list[FillingSample]":
         from corsmal.filling import filling_samples  # noqa: PLC0415 - loads PyTorch
-        from corsmal.filling.features import recording_features  # noqa: PLC0415 - as above
+        from corsmal.filling.features import training_features  # noqa: PLC0415 - as above
 
-        found = {}
+        found, folder = {}, self._settings.features
+        front_end = self._settings.filling.networks[0].front_end
         known = self._dataset.table[["filling_type", "filling_level"]].notna().all(axis=1)
         for done, name in enumerate(self._dataset.table.index[known]):
             self._step("features", done / max(1, int(known.sum())))
             try:
-                features = recording_features(self._dataset[name], folder=self._settings.features, store=self._store)
-                found[name] = features.values  # noqa: PD011 - not pandas
+                heard = training_features(self._dataset[name], front_end=front_end, folder=folder, store=self._store)
+                found[name] = heard.values  # noqa: PD011 - not pandas
             except CorsmalError as error:
                 self._note(f"{name}: {error}; left out of the filling's training")
-        if self._settings.features is not None:
+        if folder is not None:
             self._features = {name: digest(values) for name, values in found.items()}
         samples = filling_samples(self._dataset.table, found)
         self._heard = digest([[getattr(sample, field.name) for field in fields(sample)] for sample in samples])

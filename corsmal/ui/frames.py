@@ -121,8 +121,9 @@ def detections_tables(opened: OpenedRecording, best: BestFrame, frame: int) -> N
                 st.dataframe(
                     detections_table(found[frame], centre_rule=best.centre_rule, parameters=opened.selection),
                     column_config={
-                        "score": st.column_config.NumberColumn(format="%.2f"),
-                        "by place": st.column_config.NumberColumn(format="%.2f"),
+                        "class": st.column_config.TextColumn(width=76),
+                        "score": st.column_config.NumberColumn(format="%.2f", width=54),
+                        "by place": st.column_config.NumberColumn(format="%.2f", width=66),
                         "verdict": st.column_config.TextColumn(width="medium"),
                     },
                 )
@@ -140,10 +141,10 @@ def detections_table(
     ]
     return pd.DataFrame(
         {
-            "verdict": verdicts,
             "class": [class_name(int(label)) for label in detections.labels],
             "score": detections.scores,
             **({"by place": filtered.scores} if parameters.place_weights else {}),
+            "verdict": verdicts,
             "mask (px)": detections.mask_areas,
         },
         index=pd.RangeIndex(1, len(detections) + 1, name="no."),

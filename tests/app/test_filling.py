@@ -1,11 +1,13 @@
 """The Filling page: what the network says follows the crop; sound or weights that lack or are broken are a sentence."""
 
+import base64
 import io
 import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -428,6 +430,51 @@ def test_what_the_authors_network_cannot_hear_or_is_not_is_a_sentence(
         (error,) = visitor.errors
         assert error.startswith("No prediction: ")
         assert words in error
+
+
+def picture_caption(visitor: Visitor) -> str:
+    notes = visitor.plots[timeline.TIMELINE]["figure"]["layout"]["annotations"]
+    [text] = [note["text"] for note in notes if note["text"].startswith("<b>Log-mel</b>")]
+    return str(text)
+
+
+def drawn(root: Path) -> tuple[np.ndarray, str]:
+    """The picture's pixels, with its caption."""
+    visitor = Visitor(root).open("filling")
+    assert visitor.crashes == []
+    [image] = visitor.plots[timeline.TIMELINE]["figure"]["layout"]["images"]
+    content = np.frombuffer(base64.b64decode(image["source"].partition(",")[2]), np.uint8)
+    return cv2.imdecode(content, cv2.IMREAD_COLOR), picture_caption(visitor)
+
+
+def test_log_mel_is_drawn_by_the_front_end_of_the_network_that_speaks(
+    root: Path, wav: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    samples = np.random.default_rng(0).normal(0, 0.1, (2 * SAMPLE_RATE_HZ, 8))
+    samples[SAMPLE_RATE_HZ:] = 0
+    soundfile.write(wav, samples, SAMPLE_RATE_HZ, subtype="FLOAT")
+    papers, caption = drawn(root)
+    assert caption.startswith("<b>Log-mel</b> by the paper's front end: ln of the power")
+    assert papers[8, -10].max() < 40
+    monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(write_released(tmp_path)["filling"]))
+    authors, caption = drawn(root)
+    assert caption.startswith("<b>Log-mel</b> by the front end of the authors' program: log₂ of the power")
+    assert caption.endswith("grey: silence, −∞")
+    np.testing.assert_allclose(authors[8, -10], 128, atol=6)
+    np.testing.assert_allclose(authors[:, 8:32], papers[:, 8:32], atol=12)
+
+
+def test_what_is_drawn_and_not_heard_says_so(
+    root: Path, wav: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    of_arrays, authors = write_weights(tmp_path / "one.safetensors", channels=1), write_released(tmp_path)["filling"]
+    for path, seconds, words in (
+        (of_arrays, 1.0, "the network is given arrays, not this"),
+        (authors, 0.02, "too short for the front end of the authors' program"),
+    ):
+        write_audio(wav, seconds=seconds)
+        monkeypatch.setenv("CORSMAL_FILLING_WEIGHTS", str(path))
+        assert f"by the paper's front end ({words}): ln" in drawn(root)[1]
 
 
 def test_recording_without_annotation_has_an_answer_without_a_verdict(root: Path) -> None:

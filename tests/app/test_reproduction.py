@@ -93,6 +93,9 @@ def test_the_plan_of_the_chosen_settings_is_shown_before_it_starts(root: Path, t
     assert list(shown["step"]) == [step.name for step in expected]
     assert list(shown["what"]) == [step.what for step in expected]
     assert "on two cores where nothing is kept yet" in visitor.sentences
+    visitor.choose("reproduction_networks", "released")
+    [shown] = tables(visitor)
+    assert "21 networks of 100 epochs" in list(shown["what"])
     assert visitor.crashes == visitor.errors == []
 
 

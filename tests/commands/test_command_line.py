@@ -300,7 +300,7 @@ def test_released_training_leaves_out_silence_and_the_recording_that_was_not_sto
     assert result.exit_code == 0, result.output
     said = " ".join(result.output.split())
     assert "000004: the sound is silent in a microphone at 0.00 s" in said
-    assert "000005: left out, as by the authors' program" in said
+    assert "000005: its recorder was not stopped: the authors' program does not train on it" in said
     seen = FillingPredictor(tmp_path / "run" / "filling.safetensors").trained_on.recordings
     assert {"000004", "000005"}.isdisjoint(seen)
 

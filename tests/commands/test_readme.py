@@ -379,6 +379,11 @@ def _(place: Place, arguments: list[str]) -> None:
     assert "The paper with one rule of the program" in output
     assert "The published error of the height is 30.8 %" in output
     assert {"published", "paper", "released", "lode", "tuned"} <= set(pd.read_csv(out)["condition"])
+    run([*arguments, "000000", "--out", str(out.with_suffix(".md")), "--workers", "1"])
+    written = out.with_suffix(".md").read_text(encoding="utf-8")
+    assert "| Method | Capacity, MAPE (%) ↓ | Capacity signed (%) |" in written
+    assert "| paper with height rule |" in written
+    assert "| … and selection |" in written
 
 
 @check("submit")
@@ -404,6 +409,9 @@ def _(place: Place, arguments: list[str]) -> None:
 def _(place: Place, arguments: list[str]) -> None:
     output = run([*arguments, "--quick", "--workers", "1"])
     assert "capacity_mape" in output
+    if "--networks" in arguments:
+        weights = (place.folder / "OUT" / "networks").rglob("filling.safetensors")
+        assert LogMelParameters.of("released") in [FillingPredictor(path).front_end for path in weights]
     assert next((place.folder / "OUT").rglob("*.html")).stat().st_size > 1000
 
 

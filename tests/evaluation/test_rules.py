@@ -3,7 +3,14 @@ import pandas as pd
 import pytest
 
 from corsmal.evaluation import estimates_table, paper_table_2
-from corsmal.evaluation.rules import PUBLISHED, SHAPE_METRICS, height_sentence, rule_effects, side_by_side
+from corsmal.evaluation.rules import (
+    PUBLISHED,
+    SHAPE_METRICS,
+    average_errors,
+    height_sentence,
+    rule_effects,
+    side_by_side,
+)
 from corsmal.quantities import GEOMETRY
 from tests.evaluation.made import CONTAINERS, made_annotation
 
@@ -41,6 +48,17 @@ def test_errors_stand_side_by_side_with_the_published_ones():
     assert one.loc[PUBLISHED, "error"] == published.loc[4]
     assert one.loc["released", "error"] == pytest.approx(30)
     assert average.loc[PUBLISHED, "error"] == pytest.approx(30.8)
+
+
+def test_averages_have_a_row_per_condition_in_the_given_order():
+    found = average_errors(side_by_side(TABLES, made_annotation(6)), ["released", "lode", PUBLISHED])
+    assert list(found.index) == ["released", PUBLISHED]
+    assert found.index.name == "method"
+    assert found.loc["released", "height_mape"] == pytest.approx(30)
+    assert found.loc["released", "height_signed_percent"] == pytest.approx(30)
+    assert found.loc["released", "width_top_signed_percent"] == pytest.approx(-50)
+    assert found.loc[PUBLISHED, "height_mape"] == pytest.approx(30.8)
+    assert np.isnan(found.loc[PUBLISHED, "height_signed_percent"])
 
 
 def test_effects_are_the_changes_of_the_average():

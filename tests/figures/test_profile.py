@@ -63,6 +63,18 @@ def test_scales_are_equal_and_the_widest_radius_is_inside():
     assert layout.xaxis.range == pytest.approx((0, 66))
 
 
+def test_heights_far_from_the_container_do_not_make_it_small():
+    heights_mm = np.linspace(-100, 400, 51)
+    converged = (heights_mm >= 0) & (heights_mm <= 120)
+    hull = Hull(heights_mm, np.where(converged, 40.0, 2.5), converged, np.zeros(3))
+    figure = profile_figure(hull, Dimensions(reason="none"))
+    assert figure.layout.yaxis.range == pytest.approx((-36, 156))
+    assert len(traces(figure)["unfitted; double-click to see all"].y) == 51 - 13
+    taller = KnownProfile([0, 200], [40, 40], "true profile", base_mm=0)
+    assert profile_figure(hull, Dimensions(reason="none"), known=taller).layout.yaxis.range == pytest.approx((-60, 260))
+    assert profile_figure(made_hull(), made_dimensions()).layout.yaxis.range is None
+
+
 def test_failed_measures_leave_the_radii_without_ends_and_truth():
     figure = profile_figure(made_hull(), Dimensions(reason="d_max is too small"), known=ANNOTATED)
     assert set(traces(figure)) == {"rejected by d_max", "unfitted"}

@@ -103,6 +103,36 @@ def test_colours_are_of_power_in_decibels_alike_for_all():
     assert images[2] == images[3]
 
 
+def made_of(rows, **options):
+    rows = np.asarray(rows, np.float32)
+    return sound_picture(np.zeros(1, np.float32), rows, sample_rate_hz=1, row_s=1, highest_hz=1, **options)
+
+
+def test_each_front_end_has_its_logarithm_and_the_same_colour_for_the_same_power():
+    powers = np.logspace(-4, 1, 12).reshape(3, 4)
+    papers, authors = made_of(np.log(powers)), made_of(np.log2(powers), logarithm="binary", source="another")
+    np.testing.assert_allclose(decoded(papers), decoded(authors), atol=9)  # rounding before the JPEG
+    assert (papers.unit, papers.limits) == ("ln", pytest.approx((np.log(1e-4), np.log(10**1.5))))
+    assert (authors.unit, authors.limits) == ("log₂", pytest.approx((np.log2(1e-4), np.log2(10**1.5))))
+    for picture, caption in (
+        (papers, "<b>Log-mel</b> by the paper's front end: ln of the power, −9 (dark) to 3 (bright)"),
+        (authors, "<b>Log-mel</b> by another: log₂ of the power, −13 (dark) to 5 (bright)"),
+    ):
+        assert caption in texts(timeline_figure(picture, channel=""))
+
+
+def test_silence_without_a_number_is_grey_and_said():
+    rows = np.full((64, 32), -5.0)
+    rows[32:] = -np.inf
+    picture = made_of(rows, logarithm="binary")
+    content = np.frombuffer(base64.b64decode(picture.log_mel.removeprefix("data:image/jpeg;base64,")), np.uint8)
+    image = cv2.imdecode(content, cv2.IMREAD_COLOR)
+    np.testing.assert_allclose(image[8, 52], [128, 128, 128], atol=6)
+    assert np.ptp(image[8, 10].astype(int)) > 60
+    assert any("grey: silence, −∞" in text for text in texts(timeline_figure(picture, channel="")))
+    assert not made_of(rows[:32]).has_silence
+
+
 def test_bands_are_equally_spaced_on_the_mel_scale():
     highest_mel = 2595 * np.log10(1 + 8000 / 700)
     for band in (0, 3, 15):

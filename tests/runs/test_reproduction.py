@@ -3,6 +3,7 @@ import html
 import json
 import os
 import shutil
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -14,7 +15,11 @@ import soundfile
 from corsmal.dataset import Recording, open_dataset
 from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation import read_estimates
+from corsmal.filling import FillingConfig, FillingPredictor, FillingTraining, LogMelParameters, log_mel
+from corsmal.mass import MassConfig, MassPredictor
+from corsmal.parameters import ShapeParameters
 from corsmal.runs import reproduce
+from corsmal.runs.reproduction_kept import read_reproduction
 from corsmal.runs.reproduction_results import CancelledError
 from corsmal.runs.reproduction_settings import ReproductionSettings, _mel_epoch_s, named_tests, plan
 from corsmal.store import Store
@@ -25,7 +30,7 @@ from tests.tiny import write_tiny_dataset
 pytestmark = pytest.mark.filterwarnings("ignore:.*isinstance.treespec, LeafSpec.*")  # Lightning's own call of PyTorch
 
 FILLINGS = ((0, 0), (1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
-QUICK = ReproductionSettings(is_quick=True)
+FULL, QUICK = ReproductionSettings(), ReproductionSettings(is_quick=True)
 COUNT = 21
 
 
@@ -194,10 +199,39 @@ def test_the_paper_s_protocol_judges_mass_on_its_fifth_and_says_so(root, made, t
     assert "the round whose kept epoch has the least loss" in report
 
 
+@pytest.mark.usefixtures("untrained")
+def test_the_authors_networks_hear_with_their_own_front_end(root, test_root, made, tmp_path, monkeypatch):
+    def opened(folder):
+        dataset = open_dataset(folder)
+        if folder == root:
+            dataset._recordings["000005"] = replace(dataset["000005"], sound_end_s=0.5)
+        return dataset
+
+    monkeypatch.setattr("corsmal.runs.reproduction.open_dataset", opened)
+    _, _, store = made
+    released = replace(QUICK, networks="released", shape=ShapeParameters.released())
+    found = reproduce(root, out=tmp_path, settings=released, tests=[test_root], store=store)
+    assert any(note.startswith("000005: its recorder was not stopped") for note in found.notes)
+    [predictions] = tmp_path.glob("filling/*/predictions.csv")
+    table = pd.read_csv(predictions, dtype={"recording_id": "str"}).set_index("recording_id")
+    assert len(table) == COUNT - 2  # that one, and one without sound
+    place = predictions.parent / "seed0" / f"fold{table.loc['000002', 'fold']}" / "filling.safetensors"
+    predictor = FillingPredictor(place)
+    assert predictor.config == FillingConfig.released()
+    waveform = open_dataset(root)["000002"].audio().samples
+    answer = predictor.predict(log_mel(waveform, parameters=LogMelParameters.of("released")))
+    shown = [table.loc["000002", f"p_{name}"] for name in ("none", "pasta", "rice", "water")]
+    np.testing.assert_allclose(shown, answer.type_probabilities, rtol=1e-4)
+    masses = [MassPredictor(path).config for path in tmp_path.rglob("mass.safetensors")]
+    assert {replace(config, least_mass_g=None) for config in masses} == {MassConfig.released()}
+    assert found.rows["filling_type"].notna().sum() == COUNT - 2
+    assert pd.read_csv(found.report.parent / "submission_TEST.csv")["Filling type"].ge(0).any()
+    assert "Preset of the networks" in found.report.read_text(encoding="utf-8")
+    assert read_reproduction(found.report.parent).settings == released
+
+
 def test_labels_learned_by_heart_do_not_reach_the_tables(root, tmp_path, monkeypatch):
     """Random labels and features that name the recording: in-sample 100 %, held out no better than chance."""
-    from corsmal.filling import FillingPredictor, FillingTraining  # noqa: PLC0415
-
     rng = np.random.default_rng(0)
     copied = shutil.copytree(root, tmp_path / "ROOT")
     numbers = rng.permutation(COUNT)
@@ -313,6 +347,17 @@ def test_the_plan_has_a_time_for_every_step(root, test_root):
     assert all(step.seconds >= 0 for step in steps)
     longer = plan(open_dataset(root), ReproductionSettings(seeds=3))
     assert sum(step.seconds for step in longer) > sum(step.seconds for step in steps)
+
+
+@pytest.mark.parametrize(
+    ("networks", "what"),
+    [("paper", "7 networks of 150"), ("released", "7 networks of 100"), ("tuned", "56 networks of 30")],
+)
+def test_the_plan_names_the_networks_of_the_preset(root, networks, what):
+    [filling] = [step for step in plan(open_dataset(root), replace(FULL, networks=networks)) if step.name == "filling"]
+    assert filling.what == f"{what} epochs"
+    training = FillingTraining.of(networks)
+    assert filling.what == f"{7 * len(training.networks)} networks of {training.epochs} epochs"
 
 
 def test_an_epoch_on_sound_of_25_s_is_planned_as_measured(tmp_path):

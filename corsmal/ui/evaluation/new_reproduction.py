@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
+from typing import get_args
 
 import pandas as pd
 import streamlit as st
@@ -9,13 +10,12 @@ import streamlit as st
 from corsmal.dataset import Dataset
 from corsmal.engines.local import local_engine
 from corsmal.evaluation.typesetting import TITLES
-from corsmal.parameters import SHAPE_PRESETS
+from corsmal.parameters import SHAPE_PRESETS, NetworkPreset
 from corsmal.quantities import duration_text
 from corsmal.runs.reproduction import StepProgress, reproduce
 from corsmal.runs.reproduction_results import CancelledError
 from corsmal.runs.reproduction_settings import (
     Folds,
-    NetworkPreset,
     PlannedStep,
     Protocol,
     ReproductionSettings,
@@ -31,7 +31,7 @@ from corsmal.ui.one_of import one_of
 
 PROTOCOLS: dict[Protocol, str] = {"held-out": TITLES["held-out"], "paper": TITLES["paper"]}
 FOLDS: dict[Folds, str] = {"spread": "spread", "containers": "by container"}
-NETWORKS: dict[NetworkPreset, str] = {"paper": "paper", "tuned": "tuned"}
+NETWORKS: dict[NetworkPreset, str] = {name: name for name in get_args(NetworkPreset)}
 
 
 def job_key(out: Path) -> str:
@@ -79,7 +79,13 @@ def _settings(dataset: Dataset) -> ReproductionSettings:
             key="reproduction_folds",
             help_text="spread: the networks know the containers from other recordings; by container: they do not.",
         )
-        networks = one_of("Presets of the networks", NETWORKS, key="reproduction_networks")
+        networks = one_of(
+            "Presets of the networks",
+            NETWORKS,
+            key="reproduction_networks",
+            help_text="released: networks, front end, masks and training of the authors' program; with the parameters "
+            "released, too, all of it is reproduced.",
+        )
         is_quick = st.toggle("Quick: a few epochs, for a first look", key="reproduction_quick")
     features = st.text_input(
         "Features folder",

@@ -11,8 +11,14 @@ from corsmal.dataset import Dataset
 from corsmal.engines.local import local_engine
 from corsmal.evaluation import estimates_table
 from corsmal.evaluation.attribution_words import is_clear
-from corsmal.evaluation.rules import PUBLISHED, SHAPE_METRICS, height_sentence, rule_effects, side_by_side
-from corsmal.evaluation.tables import AVERAGE
+from corsmal.evaluation.rules import (
+    PUBLISHED,
+    SHAPE_METRICS,
+    average_errors,
+    height_sentence,
+    rule_effects,
+    side_by_side,
+)
 from corsmal.figures.attribution import stage_figure
 from corsmal.parameters import SHAPE_PRESETS
 from corsmal.runs.rules import ALONE, IN_TURN, RULES, comparable, compare_rules, load_rules
@@ -106,12 +112,11 @@ def _in_turn(table: pd.DataFrame) -> None:
     """The average errors on the way from the paper to the program, one rule after the other."""
     with st.expander("One rule after the other, from the paper to the program", icon=":material/table:"):
         steps = ["paper", *(f"{IN_TURN}{rule}" for rule in RULES)]
-        rows = table[(table["container"] == AVERAGE) & table["condition"].isin(steps)]
-        errors = rows.pivot_table(index="condition", columns="metric", values="error", sort=False).loc[steps]
-        signed = rows.pivot_table(index="condition", columns="metric", values="signed", sort=False).loc[steps]
-        columns = {METRIC_NAMES[metric]: errors[metric] for metric in SHAPE_METRICS}
-        columns |= {f"{METRIC_NAMES[metric]}, signed": signed[metric] for metric in SHAPE_METRICS}
-        st.dataframe(pd.DataFrame(columns).style.format(precision=1, na_rep="–"), key="rules_in_turn", height="content")
+        found = average_errors(table, steps).rename_axis(None)
+        found.columns = pd.Index(
+            [name for label in (METRIC_NAMES[each] for each in SHAPE_METRICS) for name in (label, f"{label}, signed")]
+        )
+        st.dataframe(found.style.format(precision=1, na_rep="–"), key="rules_in_turn", height="content")
         st.caption("Averages over containers in %: MAPE, and the mean signed error. The last row is `released`.")
 
 

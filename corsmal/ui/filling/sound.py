@@ -6,18 +6,18 @@ The functions raise a ``CorsmalError`` where the sound or the network is missing
 from typing import TYPE_CHECKING
 
 from corsmal.dataset import Audio
-from corsmal.errors import FileError
-from corsmal.figures.sound import SoundPicture, sound_picture
+from corsmal.errors import ArgumentError, CorsmalError, FileError
+from corsmal.figures.sound import PAPER_SOURCE, SoundPicture, sound_picture
 from corsmal.filling import FillingPrediction
 from corsmal.ui import media, shared
 from corsmal.ui.caching import cached
 from corsmal.ui.filling import senses
-from corsmal.ui.filling.network import by_network, fused_network, network
+from corsmal.ui.filling.network import any_network, by_network, fused_network, hears_log_mel, network
 from corsmal.ui.opened import OpenedRecording
 from corsmal.weights import find_weights
 
 if TYPE_CHECKING:
-    from corsmal.filling import FillingPredictor
+    from corsmal.filling import FillingPredictor, LogMelParameters
     from corsmal.filling.features import Features
 
 Seconds = senses.Seconds
@@ -48,12 +48,41 @@ def audio(opened: OpenedRecording) -> Audio:
     return opened.recording.audio()
 
 
-@cached(32, spinner="Reading the sound")
 def picture(opened: OpenedRecording, channel: int | None) -> SoundPicture:
-    """One channel, or the mean of all, ready to be drawn."""
-    from corsmal.filling import LogMelParameters, log_mel  # noqa: PLC0415 - as above
+    """One channel, or the mean of all, ready to be drawn as the network is given it.
 
-    sound, parameters = audio(opened), LogMelParameters()
+    Without a network that is given log-mel rows, and where the sound is too short for its front end, by the paper's.
+    """
+    parameters, source = _front_end()
+    try:
+        return _picture(opened, channel, parameters, source)
+    except ArgumentError:
+        return _picture(opened, channel, type(parameters)(), f"{PAPER_SOURCE} (too short for {source})")
+
+
+def _front_end() -> "tuple[LogMelParameters, str]":
+    """Of the picture of the sound, and whose it is."""
+    from corsmal.filling import FusedPredictor, LogMelParameters  # noqa: PLC0415 - as above
+
+    try:
+        found = any_network()
+    except CorsmalError:
+        return LogMelParameters(), PAPER_SOURCE
+    if isinstance(found, FusedPredictor):
+        is_heard = senses.folders().sound is None and hears_log_mel(found.config.sound[0])
+    else:
+        is_heard = hears_log_mel(found.config)
+    if not is_heard:
+        return LogMelParameters(), f"{PAPER_SOURCE} (the network is given arrays, not this)"
+    is_papers = found.front_end == LogMelParameters()
+    return found.front_end, PAPER_SOURCE if is_papers else "the front end of the authors' program"
+
+
+@cached(32, spinner="Reading the sound")
+def _picture(opened: OpenedRecording, channel: int | None, parameters: "LogMelParameters", source: str) -> SoundPicture:
+    from corsmal.filling import log_mel  # noqa: PLC0415 - as above
+
+    sound = audio(opened)
     samples = media.mixed(sound, channel)
     return sound_picture(
         samples,
@@ -61,6 +90,8 @@ def picture(opened: OpenedRecording, channel: int | None) -> SoundPicture:
         sample_rate_hz=sound.sample_rate_hz,
         row_s=parameters.row_s,
         highest_hz=parameters.sample_rate_hz / 2,
+        logarithm=parameters.logarithm,
+        source=source,
     )
 
 
