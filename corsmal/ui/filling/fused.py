@@ -1,5 +1,6 @@
 """A network of sound and sight on the Filling page: what each sense said, the gate over time, and the clip."""
 
+import numpy as np
 import pandas as pd
 import streamlit as st
 
@@ -49,7 +50,8 @@ def over_time(opened: OpenedRecording) -> None:
     moments = senses.moments(opened)
     if not moments:
         return
-    figure = senses_figure.parts(moments, duration_s=senses.given(opened).duration_s)
+    seen_s = opened.frames * (opened.seconds_per_frame or 0.0)
+    figure = senses_figure.parts(moments, duration_s=max(seen_s, senses.given(opened).duration_s))
     linked_plot(
         figure,
         key=CLIP,
@@ -69,17 +71,19 @@ def clip(opened: OpenedRecording, frame: int) -> None:
     from corsmal.filling.clips import square_seen  # noqa: PLC0415 - PyTorch takes seconds to import
     from corsmal.filling.sight import CLIP_FRAMES  # noqa: PLC0415 - as above
 
-    if senses.given(opened).sight is None:
+    sight = senses.given(opened).sight
+    if sight is None:
         return
-    first = frame // CLIP_FRAMES * CLIP_FRAMES
+    first = min(frame // CLIP_FRAMES, sight.shape[1] - 1) * CLIP_FRAMES  # what is left at the end is in no clip
+    rows = []
     for view in sorted(name for name in METHOD_VIEWS if name in opened.recording.views):
-        frames = [first + number for number in SHOWN if first + number < opened.video(view).frame_count]
-        if frames:
-            squares = [square_seen(opened.image(view, number)) for number in frames]
-            st.image(squares, caption=[f"{view}, {number}" for number in frames], width=112)
+        last = opened.video(view).frame_count - 1
+        rows.append(np.hstack([square_seen(opened.image(view, min(first + number, last))) for number in SHOWN]))
+    if rows:
+        st.image(np.vstack(rows))
     st.caption(
-        f"**Clip** of frames {first}–{first + CLIP_FRAMES - 1}, of which each view has a row of features: the middle "
-        "of the picture, as `features` shows it to R(2+1)D; with `--around-container` it shows the container's square."
+        f"**Clip** of frames {first}–{first + CLIP_FRAMES - 1}, of which each view has a row of features. Shown is the "
+        "middle of the picture; with `--around-container`, R(2+1)D was shown the container's square."
     )
 
 
