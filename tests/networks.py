@@ -6,6 +6,7 @@ from typing import Any
 import torch
 
 from corsmal.filling import FillingConfig, FillingModel, save_filling
+from corsmal.filling.network import build_model
 from corsmal.mass import MassConfig, MassModel, save_mass
 
 
@@ -23,7 +24,7 @@ def write_networks(folder: Path, *, training: dict[str, Any] | None = None) -> d
 def untrained_filling(folder: Path, samples: Any, *, training: Any, index: int, seed: int, **_options: Any) -> Any:
     """In place of ``corsmal.filling.loop.fit_network``: the first weights, which follow from seed and index."""
     torch.manual_seed(10 * seed + index)
-    network = FillingModel(training.networks[index])
+    network = build_model(training.networks[index])
     network.learn_statistics([sample.features for sample in samples])
     folder.mkdir(parents=True, exist_ok=True)
     save_filling(folder / "network.safetensors", [network.eval()])

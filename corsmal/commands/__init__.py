@@ -51,10 +51,6 @@ COMPLAINTS_MAX = 5
 
 Root = Annotated[Path, typer.Argument(metavar="ROOT", help="Folder of the dataset.")]
 Ids = Annotated[list[str] | None, typer.Argument(metavar="ID", help="Recordings, such as 000618; default: all.")]
-FeatureFolder = Annotated[
-    Path | None,
-    typer.Option("--features", help="Folder of feature arrays, ID.npy; default: log-mel features of the audio."),
-]
 FeatureOptions = Annotated[
     list[Path] | None,
     typer.Option(

@@ -10,15 +10,15 @@ import typer
 
 from corsmal.commands import FeatureOptions, Root, RunFolder, complain, progress_bar, say, show
 from corsmal.errors import CorsmalError, FileError
+from corsmal.parameters import FillingPreset
 
 if TYPE_CHECKING:
     from corsmal.dataset import Dataset, TrainedOn
     from corsmal.filling import FillingSample, FillingTraining, FusedTraining
     from corsmal.filling.config import FrontEnd
 
-Preset = Literal["paper", "released", "tuned", "fused"]
 PresetOption = Annotated[
-    Preset,
+    FillingPreset,
     typer.Option(
         help="paper: one network, trained as published; released: as in the authors' program; tuned: eight networks, "
         "averaged; fused: networks of sound and of sight with a gate, from --features of both."
@@ -38,7 +38,7 @@ def train(
     folder: RunFolder,
     *,
     features: FeatureOptions = None,
-    preset: PresetOption = "paper",
+    preset: FillingPresetOption = "paper",
     epochs: Epochs = None,
     retrain: Annotated[
         bool,
@@ -52,7 +52,7 @@ def train(
     recording 000377 of the published set is left out.
     """
     from corsmal.dataset import open_dataset
-    from corsmal.filling import FillingTraining, train_filling, train_fused
+    from corsmal.filling import FillingTraining, train_either
     from corsmal.filling.training import missing_classes
 
     if retrain and preset == "fused":
@@ -66,9 +66,7 @@ def train(
     with _training_bar() as progress:
         if isinstance(training, FillingTraining):
             training = replace(training, retrain=retrain)
-            path = train_filling(folder, samples, preset=training, seed=seed, trained_on=trained_on, progress=progress)
-        else:
-            path = train_fused(folder, samples, training=training, seed=seed, trained_on=trained_on, progress=progress)
+        path = train_either(folder, samples, training=training, seed=seed, trained_on=trained_on, progress=progress)
     say(f"Weights: {path}")
 
 
@@ -77,7 +75,7 @@ def evaluate(
     folder: RunFolder,
     *,
     features: FeatureOptions = None,
-    preset: PresetOption = "paper",
+    preset: FillingPresetOption = "paper",
     epochs: Epochs = None,
     folds: Annotated[
         Literal["spread", "containers"],
@@ -129,7 +127,7 @@ def evaluate(
                 show(f"{quantity.replace('_', ' ')}, {kind}: rows are true, columns predicted", table)
 
 
-def _training(preset: Preset, epochs: int | None) -> "FillingTraining | FusedTraining":
+def _training(preset: FillingPreset, epochs: int | None) -> "FillingTraining | FusedTraining":
     from corsmal.filling import FillingTraining, FusedTraining
 
     if preset == "fused":
@@ -150,7 +148,7 @@ def _record(dataset: "Dataset", samples: "list[FillingSample]", features: list[P
     return training_record(dataset, [dataset[sample.recording_id] for sample in samples], features=arrays)
 
 
-def _samples(dataset: "Dataset", features: list[Path] | None, *, preset: Preset) -> "list[FillingSample]":
+def _samples(dataset: "Dataset", features: list[Path] | None, *, preset: FillingPreset) -> "list[FillingSample]":
     """The annotated recordings with the features of the preset.
 
     A recording without those of its sound, or with a sound that the preset cannot use, is reported and skipped.

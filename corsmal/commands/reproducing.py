@@ -8,7 +8,7 @@ import typer
 from corsmal.commands import (
     PRESET_HELP,
     DetectFirst,
-    FeatureFolder,
+    FeatureOptions,
     MatchViews,
     Offsets,
     Root,
@@ -18,7 +18,7 @@ from corsmal.commands import (
     view_matching,
 )
 from corsmal.commands.engines import EngineName, Scheduler, Workers, choose_engine
-from corsmal.parameters import NetworkPreset
+from corsmal.parameters import FillingPreset
 from corsmal.quantities import duration_text
 
 if TYPE_CHECKING:
@@ -44,13 +44,14 @@ def reproduce(
     seeds: Annotated[int, typer.Option(help="Number of cross-validations, with the seeds 0, 1, …", min=1)] = 1,
     preset: Annotated[str, typer.Option(help=PRESET_HELP)] = "paper",
     networks: Annotated[
-        NetworkPreset,
+        FillingPreset,
         typer.Option(
             help="Preset of both networks. released: networks, front end, masks and training of the authors' program; "
-            "with --preset released, too, all of it is reproduced."
+            "with --preset released, too, all of it is reproduced. fused: the filling's from --features of sound "
+            "and of the videos, the mass network's as tuned."
         ),
     ] = "paper",
-    features: FeatureFolder = None,
+    features: FeatureOptions = None,
     detector: DetectFirst = None,
     match: MatchViews = None,
     offset: Offsets = None,
@@ -65,19 +66,22 @@ def reproduce(
     Every step is kept: an interrupted command resumes, and a second one with the same options computes nothing.
     """
     from corsmal.dataset import open_dataset
+    from corsmal.filling.sight import FeatureFolders
     from corsmal.runs.reproduction import StepProgress
     from corsmal.runs.reproduction import reproduce as run
     from corsmal.runs.reproduction_settings import ReproductionSettings
     from corsmal.runs.reproduction_settings import plan as planned
     from corsmal.stages.settings import find_detector
 
+    folders = FeatureFolders.of(features or [])
     settings = ReproductionSettings(
         protocol=protocol,
         folds=folds,
         seeds=seeds,
         shape=shape_preset(preset),
         networks=networks,
-        features=None if features is None else features.resolve(),
+        features=None if folders.sound is None else folders.sound.resolve(),
+        sight=None if folders.sight is None else folders.sight.resolve(),
         detector=None if detector is None else find_detector(detector),
         is_quick=quick,
         matching=view_matching(match, offset),

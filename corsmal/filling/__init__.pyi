@@ -10,6 +10,7 @@ from .frontend import log_mel as log_mel
 from .fused_prediction import FusedPredictor as FusedPredictor
 from .fused_prediction import open_filling as open_filling
 from .fused_training import FusedTraining as FusedTraining
+from .fused_training import train_either as train_either
 from .fused_training import train_fused as train_fused
 from .network import FillingModel as FillingModel
 from .prediction import FillingPredictor as FillingPredictor

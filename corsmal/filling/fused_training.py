@@ -4,19 +4,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import torch
 
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
-from corsmal.filling.config import PooledConfig, RecurrentConfig
+from corsmal.filling.config import FrontEnd, PooledConfig, RecurrentConfig
 from corsmal.filling.files import read_filling
 from corsmal.filling.folds import spread_folds
 from corsmal.filling.fused import FusedConfig, FusedModel, read_fused, save_fused
 from corsmal.filling.fusion import SENSES, Answer, Sense
 from corsmal.filling.network import AnyModel
-from corsmal.filling.recipe import FillingTraining
+from corsmal.filling.recipe import FillingTraining, Keep
 from corsmal.filling.samples import FillingSample
 from corsmal.filling.training import claim, part_of, train_filling
 
@@ -59,6 +60,16 @@ class FusedTraining:
             raise ArgumentError("sound and sight must keep the last epoch, got one that keeps the best")
         if not 1 <= self.inner <= min(len(self.sound.networks), len(self.sight.networks)):
             raise ArgumentError(f"inner must be 1 or more networks, at most those of each sense, got {self.inner}")
+
+    @property
+    def front_end(self) -> FrontEnd:
+        """How sound becomes the features that the networks are trained on."""
+        return self.sound.front_end
+
+    @property
+    def keep(self) -> Keep:
+        """Which epoch's weights are kept."""
+        return "last"
 
     def of(self, sense: Sense) -> FillingTraining:
         """How the networks of a sense are trained."""
@@ -127,6 +138,15 @@ def train_fused(
     _learn_gate(model, answers, [sample for held in folds for sample in held])
     save_fused(path, model, training=None if trained_on is None else trained_on.to_json())
     return path
+
+
+def train_either(
+    folder: Path, samples: Sequence[FillingSample], *, training: FillingTraining | FusedTraining, **options: Any
+) -> Path:
+    """``train_fused`` or ``train_filling``, as the settings say; further arguments are those that both have."""
+    if isinstance(training, FusedTraining):
+        return train_fused(folder, samples, training=training, **options)
+    return train_filling(folder, samples, preset=training, **options)
 
 
 def inner_folds(samples: Sequence[FillingSample]) -> list[list[FillingSample]]:

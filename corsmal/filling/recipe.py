@@ -6,7 +6,7 @@ from typing import Literal, get_args
 
 from corsmal.errors import ArgumentError, check_choice
 from corsmal.fields import UNLESS_DEFAULT
-from corsmal.filling.config import AnyConfig, FillingConfig, check_together
+from corsmal.filling.config import AnyConfig, FillingConfig, FrontEnd, check_together
 from corsmal.filling.samples import Task
 from corsmal.parameters import NetworkPresets
 
@@ -66,6 +66,11 @@ class FillingTraining(NetworkPresets):
             raise ArgumentError(f"rate must be positive and weight_decay not negative, got {self}")
         if not 0 <= self.momentum < 1:
             raise ArgumentError(f"momentum must be 0 or more and less than 1, got {self.momentum}")
+
+    @property
+    def front_end(self) -> FrontEnd:
+        """How sound becomes the features that the networks are trained on."""
+        return self.networks[0].front_end
 
     @property
     def tasks(self) -> tuple[Task, ...]:

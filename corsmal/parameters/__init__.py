@@ -7,6 +7,7 @@ chosen and why.
 from corsmal.parameters.presets import (
     SELECTION_PRESETS,
     SHAPE_PRESETS,
+    FillingPreset,
     NetworkPreset,
     NetworkPresets,
     own_selection,
@@ -44,6 +45,7 @@ __all__ = [
     "WALL_MAX_MM",
     "AngleRule",
     "CentreRule",
+    "FillingPreset",
     "HeightRange",
     "HeightReference",
     "NetworkPreset",

@@ -19,6 +19,10 @@ NetworkPreset = Literal["paper", "released", "tuned"]
 """Of a network and its training."""
 
 
+FillingPreset = Literal["paper", "released", "tuned", "fused"]
+"""Of the filling networks and their training; ``fused``: networks of sound and of sight."""
+
+
 class NetworkPresets:
     """For settings that have a class method named after each ``NetworkPreset``."""
 

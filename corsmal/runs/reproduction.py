@@ -141,7 +141,7 @@ class _Clock:
 
 
 def _check(dataset: Dataset, settings: ReproductionSettings) -> None:
-    check_features(settings.features)
+    check_features(settings.features, settings.sight)
     table = dataset.table
     if not table["container_id"].notna().any():
         raise ArgumentError(

@@ -31,7 +31,7 @@ from corsmal.runs.judged import RESAMPLES_SEED
 from corsmal.runs.report_appendix import parameters_table
 from corsmal.runs.reproduction_kept import DISK_ADVICE, ESTIMATES, REPORT, Confusions, write_summary
 from corsmal.runs.reproduction_results import Results, TestResult
-from corsmal.runs.reproduction_settings import ReproductionSettings
+from corsmal.runs.reproduction_settings import ReproductionSettings, features_text
 from corsmal.stages.settings import is_synthetic
 
 FORMATS: dict[str, TableFormat] = {".csv": "csv", ".tex": "latex", ".md": "markdown", ".html": "html"}
@@ -183,7 +183,7 @@ def _settings_words(settings: ReproductionSettings) -> dict[str, str]:
         "Folds": settings.folds,
         "Cross-validations": str(settings.seeds),
         "Preset of the networks": settings.networks,
-        "Features": "log-mel of the sound" if settings.features is None else settings.features.name,
+        "Features": features_text(settings, by=lambda folder: folder.name),
         "Detector": "none: existing detections are used" if detector is None else detector.method,
         "Views matched": str(settings.matching),
         "Training": "a few epochs only (quick)" if settings.is_quick else "in full",

@@ -1,7 +1,7 @@
 """Settings of a reproduction, and the plan of its steps with the time that each takes."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
@@ -11,11 +11,11 @@ from corsmal.dataset.audio import CHANNELS, sound_duration_s
 from corsmal.dataset.clock import Matching
 from corsmal.errors import ArgumentError, FileError
 from corsmal.estimation import TrainingMeans
-from corsmal.parameters import METHOD_VIEWS, NetworkPreset, ShapeParameters, selection_of
+from corsmal.parameters import METHOD_VIEWS, FillingPreset, NetworkPreset, ShapeParameters, selection_of
 from corsmal.stages.settings import DetectorSettings, EstimateSettings
 
 if TYPE_CHECKING:
-    from corsmal.filling import FillingTraining
+    from corsmal.filling import FillingTraining, FusedTraining
     from corsmal.mass import MassTraining
 
 Protocol = Literal["held-out", "paper"]
@@ -37,32 +37,37 @@ class ReproductionSettings:
             container in each; ``containers``: three folds of containers that the network has not seen.
         seeds: number of cross-validations, with the seeds 0, 1, ….
         shape: parameters of the fit.
-        networks: preset of both networks and of the filling's training.
-        features: folder of arrays for the filling network; None: log-mel of the sound.
+        networks: preset of both networks and of the filling's training; with ``fused`` the mass network is as tuned.
+        features: folder of arrays of the sound for the filling network; None: log-mel of the sound.
+        sight: folder of arrays of the videos, for ``fused``.
         detector: for recordings without detections; None: they have no geometry.
         is_quick: few epochs, for a first look; the tables say so.
         matching: how the frames of the recordings' views are matched.
 
     Raises:
-        ArgumentError: a choice is unknown, or seeds is below 1.
+        ArgumentError: a choice is unknown, seeds is below 1, or there is sight without ``fused`` or the reverse.
     """
 
     protocol: Protocol = "held-out"
     folds: Folds = "spread"
     seeds: int = 1
     shape: ShapeParameters = field(default_factory=ShapeParameters.paper)
-    networks: NetworkPreset = "paper"
+    networks: FillingPreset = "paper"
     features: Path | None = None
+    sight: Path | None = None
     detector: DetectorSettings | None = None
     is_quick: bool = False
     matching: Matching = field(default_factory=Matching)
 
     def __post_init__(self) -> None:
-        for name, choices in (("protocol", Protocol), ("folds", Folds), ("networks", NetworkPreset)):
+        for name, choices in (("protocol", Protocol), ("folds", Folds), ("networks", FillingPreset)):
             if getattr(self, name) not in get_args(choices):
                 raise ArgumentError(f"{name} must be one of {get_args(choices)}, got {getattr(self, name)!r}")
         if self.seeds < 1:
             raise ArgumentError(f"seeds must be at least 1, got {self.seeds}")
+        if (self.networks == "fused") != (self.sight is not None):
+            found = f"the networks {self.networks!r} and {self.sight or 'none'}"
+            raise ArgumentError(f"features of the videos belong to the networks 'fused', and to them only, got {found}")
 
     def estimates_with(self, means: TrainingMeans | None) -> EstimateSettings:
         """What recordings are estimated with, but for the networks."""
@@ -71,10 +76,12 @@ class ReproductionSettings:
         )
 
     @property
-    def filling(self) -> "FillingTraining":
+    def filling(self) -> "FillingTraining | FusedTraining":
         """How the filling networks are trained."""
-        from corsmal.filling import FillingTraining  # noqa: PLC0415 - loads PyTorch
+        from corsmal.filling import FillingTraining, FusedTraining  # noqa: PLC0415 - loads PyTorch
 
+        if self.networks == "fused":
+            return FusedTraining().lasting(QUICK_EPOCHS) if self.is_quick else FusedTraining()
         training = FillingTraining.of(self.networks)
         return replace(training, epochs=QUICK_EPOCHS) if self.is_quick else training
 
@@ -83,7 +90,7 @@ class ReproductionSettings:
         """How the mass networks are trained."""
         from corsmal.mass import MassConfig, MassTraining  # noqa: PLC0415 - as above
 
-        network = MassConfig.of(self.networks)
+        network = MassConfig.of(NETWORKS[self.networks][2])
         training = MassTraining(network=network)
         return replace(training, epochs=QUICK_MASS_EPOCHS) if self.is_quick else training
 
@@ -131,8 +138,14 @@ MEL_S, ARRAY_EPOCH_S = 0.3, 0.0025
 MEL_EPOCH_S = (2.0e-3, 1.7e-4)
 """An epoch on the log-mel of eight channels: per second of sound, and per square second, for the attention."""
 
-FILLING_NETWORKS: dict[NetworkPreset, tuple[int, int]] = {"paper": (1, 150), "released": (1, 100), "tuned": (8, 30)}
-"""How many networks a preset averages, and their epochs."""
+NETWORKS: dict[FillingPreset, tuple[int, int, NetworkPreset]] = {
+    "paper": (1, 150, "paper"),
+    "released": (1, 100, "released"),
+    "tuned": (8, 30, "tuned"),
+    "fused": (7, 30, "tuned"),
+}
+"""How many filling networks a preset averages, their epochs, and the preset of the mass network. Of ``fused`` as many
+count as take as long as its networks of both senses and those that its gate is learned from."""
 
 ONE_BY_ONE = {"sound": 1.4, "arrays": 5.0}
 """How many times as long an epoch takes with one recording at a time, as ``released`` trains, on log-mel and arrays."""
@@ -161,7 +174,7 @@ def plan(dataset: Dataset, settings: ReproductionSettings, tests: Sequence[Datas
         epoch_s = labelled * ARRAY_EPOCH_S
     if settings.networks == "released":
         epoch_s *= ONE_BY_ONE["sound" if settings.features is None else "arrays"]
-    count, epochs = FILLING_NETWORKS[settings.networks]
+    count, epochs, _ = NETWORKS[settings.networks]
     epochs = QUICK_EPOCHS if settings.is_quick else epochs
     filling_s = count * epochs * epoch_s
     rounds = settings.seeds * (CONTAINER_FOLDS if by_container else FILLING_FOLDS)
@@ -204,14 +217,21 @@ def named_tests(tests: Sequence[Dataset]) -> dict[str, Dataset]:
     return names
 
 
-def check_features(folder: Path | None) -> None:
+def check_features(*folders: Path | None) -> None:
     """Refuse a folder of features that is not there.
 
     Raises:
         FileError: it is not.
     """
-    if folder is not None and not folder.is_dir():
-        raise FileError(folder, "there is no such folder of features")
+    for folder in folders:
+        if folder is not None and not folder.is_dir():
+            raise FileError(folder, "there is no such folder of features")
+
+
+def features_text(settings: ReproductionSettings, *, by: Callable[[Path], str] = str) -> str:
+    """What the filling network is given, for people; ``by`` names a folder."""
+    heard = "log-mel of the sound" if settings.features is None else by(settings.features)
+    return heard if settings.sight is None else f"{heard}; {by(settings.sight)}"
 
 
 def is_filmed(recording: Recording) -> bool:

@@ -10,13 +10,14 @@ import pandas as pd
 
 from corsmal.dataset import Dataset, TrainedOn
 from corsmal.engines.engine import Engine
-from corsmal.errors import ArgumentError, CorsmalError
+from corsmal.errors import ArgumentError
 from corsmal.estimation import TrainingMeans
 from corsmal.runs.making import make_run
 from corsmal.runs.reproduction_mass import KEY_DIGITS, final_mass_network, identity_of, mass_predictions
 from corsmal.runs.reproduction_notes import filling_notes, mass_notes
 from corsmal.runs.reproduction_results import STOPPED, CancelledError, Results, TestResult
 from corsmal.runs.reproduction_rows import reproduction_rows
+from corsmal.runs.reproduction_samples import training_samples
 from corsmal.runs.reproduction_settings import ReproductionSettings, is_filmed, named_tests
 from corsmal.stages.mass_rows import mass_rows
 from corsmal.stages.settings import EstimateSettings
@@ -107,8 +108,9 @@ class Work:
         if not filmed:
             self._note(f"{dataset.name}: no recording has a video of the method's views, so there is no geometry.")
             return pd.DataFrame({"recording_id": pd.Series(dtype="str")})
+        folders = {name: str(getattr(settings, name) or "") or None for name in ("features", "sight")}
         run = make_run(
-            f"reproduction {digest('run', asdict(settings))[:KEY_DIGITS]}",
+            f"reproduction {digest('run', asdict(settings) | folders)[:KEY_DIGITS]}",
             dataset,
             settings,
             store=self._store,
@@ -122,22 +124,15 @@ class Work:
         return run.table
 
     def _samples(self) -> "list[FillingSample]":
-        from corsmal.filling import filling_samples  # noqa: PLC0415 - loads PyTorch
-        from corsmal.filling.features import training_features  # noqa: PLC0415 - as above
-
-        found, folder = {}, self._settings.features
-        front_end = self._settings.filling.networks[0].front_end
-        known = self._dataset.table[["filling_type", "filling_level"]].notna().all(axis=1)
-        for done, name in enumerate(self._dataset.table.index[known]):
-            self._step("features", done / max(1, int(known.sum())))
-            try:
-                heard = training_features(self._dataset[name], front_end=front_end, folder=folder, store=self._store)
-                found[name] = heard.values  # noqa: PD011 - not pandas
-            except CorsmalError as error:
-                self._note(f"{name}: {error}; left out of the filling's training")
-        if folder is not None:
-            self._features = {name: digest(values) for name, values in found.items()}
-        samples = filling_samples(self._dataset.table, found)
+        samples = training_samples(
+            self._dataset,
+            self._settings,
+            store=self._store,
+            progress=lambda share: self._step("features", share),
+            note=self._note,
+        )
+        if self._settings.features is not None:
+            self._features = {sample.recording_id: digest(sample.features) for sample in samples}
         self._heard = digest([[getattr(sample, field.name) for field in fields(sample)] for sample in samples])
         return samples
 
@@ -221,7 +216,7 @@ class Work:
 
     def _final_networks(self, samples: "list[FillingSample]", rows: "list[MassRow]") -> tuple[Path | None, Path | None]:
         """The networks that speak about test sets, trained on all recordings."""
-        from corsmal.filling import train_filling  # noqa: PLC0415 - loads PyTorch
+        from corsmal.filling import train_either  # noqa: PLC0415 - loads PyTorch
 
         self._step("final networks", 0.0)
         settings = self._settings
@@ -230,10 +225,10 @@ class Work:
             (
                 "filling",
                 digest(METHOD_VERSION, settings.filling, self._heard),
-                lambda place: train_filling(
+                lambda place: train_either(
                     place,
                     samples,
-                    preset=settings.filling,
+                    training=settings.filling,
                     trained_on=self._filling_record,
                     progress=lambda share: self._step("final networks", share / 2),
                 ),
@@ -254,6 +249,8 @@ class Work:
     def _test(self, name: str, test: Dataset, filling: Path | None, mass: Path | None) -> TestResult:
         settings = replace(
             self._estimate_settings(),
+            features=self._settings.features,
+            sight=self._settings.sight,
             filling=None if filling is None else find_weights("filling", filling),
             mass=None if mass is None else find_weights("mass", mass),
         )

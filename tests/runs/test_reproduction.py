@@ -15,7 +15,14 @@ import soundfile
 from corsmal.dataset import Recording, open_dataset
 from corsmal.errors import ArgumentError, FileError
 from corsmal.evaluation import read_estimates
-from corsmal.filling import FillingConfig, FillingPredictor, FillingTraining, LogMelParameters, log_mel
+from corsmal.filling import (
+    FillingConfig,
+    FillingPredictor,
+    FillingTraining,
+    FusedPredictor,
+    LogMelParameters,
+    log_mel,
+)
 from corsmal.mass import MassConfig, MassPredictor
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import reproduce
@@ -261,6 +268,63 @@ def test_labels_learned_by_heart_do_not_reach_the_tables(root, tmp_path, monkeyp
     rows = found.rows.set_index("recording_id")
     held_out = (rows["filling_type"] == truth["filling_type"]) & (rows["filling_level"] == truth["filling_level"])
     assert held_out.mean() < 0.5
+
+
+@pytest.fixture
+def both(root, test_root, tmp_path):
+    """Settings with arrays of sound and of sight, of a test set's recordings, too, but for one without sight."""
+    rng = np.random.default_rng(0)
+    for folder, shape in (("heard", (4, 128)), ("seen", (3, 5, 512))):
+        (tmp_path / folder).mkdir()
+        for name in {*open_dataset(root).ids, *open_dataset(test_root).ids}:
+            np.save(tmp_path / folder / f"{name}.npy", rng.normal(size=shape).astype(np.float32))
+    return replace(QUICK, networks="fused", features=tmp_path / "heard", sight=tmp_path / "seen")
+
+
+@pytest.mark.usefixtures("untrained")
+def test_sound_and_sight_are_reproduced_together_and_kept(root, test_root, both, tmp_path, monkeypatch):
+    store, out = Store(tmp_path / "cache"), tmp_path / "out"
+    found = reproduce(root, out=out, settings=both, tests=[test_root], store=store)
+    rows = found.rows
+    assert rows["filling_held_out"].all()
+    assert rows["filling_type"].notna().all()
+    [weights] = (out / "networks").glob("filling-*/filling.safetensors")
+    assert FusedPredictor(weights).trained_on.has_seen(open_dataset(root)["000000"])
+    submission = pd.read_csv(found.report.parent / "submission_TEST.csv")
+    assert (submission["Filling level"] >= 0).all()  # the test set's arrays were used
+    assert "heard; seen" in html.unescape(found.report.read_text(encoding="utf-8"))
+    before = files_of(out)
+    with monkeypatch.context() as patch:
+        patch.setattr("corsmal.filling.fused_training.train_filling", refuse)
+        patch.setattr("corsmal.mass.training._fit", refuse)
+        reproduce(root, out=out, settings=both, tests=[test_root], store=store)
+    assert files_of(out) == before
+    assert read_reproduction(found.report.parent).settings == both
+    np.save(both.sight / "000000.npy", np.ones((3, 2, 512), np.float32))
+    reproduce(root, out=out, settings=both, store=store)
+    assert len(list((out / "networks").glob("filling-*"))) == 2  # trained anew
+
+
+@pytest.mark.usefixtures("untrained")
+def test_a_recording_without_one_of_its_arrays_is_left_out_and_named(root, both, tmp_path):
+    (both.sight / "000003.npy").unlink()
+    (both.features / "000004.npy").unlink()
+    found = reproduce(root, out=tmp_path / "out", settings=both, store=Store(tmp_path / "cache"))
+    silent = found.rows.set_index("recording_id")["filling_type"].isna()
+    assert list(silent.index[silent]) == ["000004"]  # without sight it is still heard
+    assert any("000003" in note and "seen" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("changes", [{"networks": "fused"}, {"networks": "paper", "sight": Path("seen")}])
+def test_features_of_the_videos_belong_to_the_networks_of_both_senses(changes):
+    with pytest.raises(ArgumentError, match="to them only"):
+        ReproductionSettings(**changes)
+
+
+def test_plan_of_both_senses_counts_its_networks(root, both):
+    words = {step.name: step.what for step in plan(open_dataset(root), both)}
+    assert words["features"] == f"arrays of {COUNT} recordings"
+    assert words["filling"].startswith("7 networks of 21 epochs")
 
 
 def test_a_test_set_of_training_recordings_is_refused(root, tmp_path):

@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 import pandas as pd
 import streamlit as st
@@ -10,7 +10,7 @@ import streamlit as st
 from corsmal.dataset import Dataset
 from corsmal.engines.local import local_engine
 from corsmal.evaluation.typesetting import TITLES
-from corsmal.parameters import SHAPE_PRESETS, NetworkPreset
+from corsmal.parameters import SHAPE_PRESETS, FillingPreset
 from corsmal.quantities import duration_text
 from corsmal.runs.reproduction import StepProgress, reproduce
 from corsmal.runs.reproduction_results import CancelledError
@@ -19,7 +19,6 @@ from corsmal.runs.reproduction_settings import (
     PlannedStep,
     Protocol,
     ReproductionSettings,
-    check_features,
     plan,
 )
 from corsmal.ui import session, shared
@@ -29,9 +28,12 @@ from corsmal.ui.job import Job
 from corsmal.ui.messages import guarded
 from corsmal.ui.one_of import one_of
 
+if TYPE_CHECKING:
+    from corsmal.filling.sight import FeatureFolders
+
 PROTOCOLS: dict[Protocol, str] = {"held-out": TITLES["held-out"], "paper": TITLES["paper"]}
 FOLDS: dict[Folds, str] = {"spread": "spread", "containers": "by container"}
-NETWORKS: dict[NetworkPreset, str] = {name: name for name in get_args(NetworkPreset)}
+NETWORKS: dict[FillingPreset, str] = {name: name for name in get_args(FillingPreset)}
 
 
 def job_key(out: Path) -> str:
@@ -87,25 +89,34 @@ def _settings(dataset: Dataset) -> ReproductionSettings:
             "released, too, all of it is reproduced.",
         )
         is_quick = st.toggle("Quick: a few epochs, for a first look", key="reproduction_quick")
-    features = st.text_input(
-        "Features folder",
+    features = st.text_area(
+        "Features, a folder per line",
         key="reproduction_features",
+        height=68,
         placeholder="log-mel features of the sound",
-        help="A folder of arrays, ID.npy, for the filling network.",
-    ).strip()
-    folder = Path(allowed_folder(features)).expanduser() if features else None
-    check_features(folder)
+        help="Folders of arrays, ID.npy, for the filling network. The networks *fused* need one of the videos, with "
+        "rows of 512 numbers, which `features` writes.",
+    )
+    folders = _feature_folders([line.strip() for line in features.splitlines() if line.strip()])
     return ReproductionSettings(
         protocol=protocol,
         folds=folds,
         seeds=int(seeds),
         shape=SHAPE_PRESETS[preset],
         networks=networks,
-        features=None if folder is None else folder.resolve(),
+        features=folders.sound,
+        sight=folders.sight,
         detector=detector_settings(next(iter(dataset), None)),
         is_quick=is_quick,
         matching=session.choice().matching,
     )
+
+
+def _feature_folders(names: list[str]) -> "FeatureFolders":
+    """The folders that a visitor named, by what they hold."""
+    from corsmal.filling.sight import FeatureFolders  # noqa: PLC0415 - PyTorch takes seconds to import
+
+    return FeatureFolders.of([Path(allowed_folder(name)).expanduser().resolve() for name in names])
 
 
 def _test_sets() -> list[Dataset]:

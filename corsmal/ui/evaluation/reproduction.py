@@ -19,6 +19,7 @@ from corsmal.runs.reproduction_kept import (
     kept_reproductions,
     read_reproduction,
 )
+from corsmal.runs.reproduction_settings import features_text
 from corsmal.ui import shared
 from corsmal.ui.caching import cached
 from corsmal.ui.download_buttons import download_buttons
@@ -106,7 +107,7 @@ def _show(kept: KeptReproduction, dataset: Dataset) -> None:
         "seeds": settings.seeds,
         "networks": settings.networks,
         "parameters of the fit": kept.run.preset,
-        "features": settings.features or "log-mel of the sound",
+        "features": features_text(settings),
         "detector": "none" if settings.detector is None else settings.detector.method,
         "views matched": settings.matching,
     }
