@@ -38,7 +38,7 @@ def train(
     folder: RunFolder,
     *,
     features: FeatureOptions = None,
-    preset: FillingPresetOption = "paper",
+    preset: PresetOption = "paper",
     epochs: Epochs = None,
     retrain: Annotated[
         bool,
@@ -75,7 +75,7 @@ def evaluate(
     folder: RunFolder,
     *,
     features: FeatureOptions = None,
-    preset: FillingPresetOption = "paper",
+    preset: PresetOption = "paper",
     epochs: Epochs = None,
     folds: Annotated[
         Literal["spread", "containers"],

@@ -324,7 +324,7 @@ def test_features_of_the_videos_belong_to_the_networks_of_both_senses(changes):
 def test_plan_of_both_senses_counts_its_networks(root, both):
     words = {step.name: step.what for step in plan(open_dataset(root), both)}
     assert words["features"] == f"arrays of {COUNT} recordings"
-    assert words["filling"].startswith("7 networks of 21 epochs")
+    assert words["filling"].startswith("49 networks of 3 epochs")
 
 
 def test_a_test_set_of_training_recordings_is_refused(root, tmp_path):
