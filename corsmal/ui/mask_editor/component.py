@@ -1,5 +1,6 @@
 """The component in which masks are drawn: what it is given, and what it reports."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,8 @@ from corsmal.detection.rle import decode_mask, mask_box
 from corsmal.errors import CorsmalError
 from corsmal.estimation import Fit
 from corsmal.parameters import METHOD_VIEWS
+from corsmal.quantities import BY_NAME, GEOMETRY
+from corsmal.ui.amounts import amount
 from corsmal.ui.folders import is_read_only
 from corsmal.ui.linked_plot.assets import read_asset
 from corsmal.ui.linked_plot.component import acknowledged, no_callback
@@ -31,17 +34,26 @@ _component = st.components.v2.component(
 )
 
 
-def editor_component(opened: OpenedRecording, frame: int, *, active: str, fit: Fit, said: list[str]) -> None:
+def editor_component(
+    opened: OpenedRecording,
+    frame: int,
+    *,
+    active: str,
+    fits: tuple[Fit, Fit],
+    truth: Mapping[str, float],
+    said: list[str],
+) -> None:
     """Show the views of a frame with their masks, one of them to be edited.
 
     Args:
         opened: the recording with its detected masks.
         frame: of the recording.
         active: the view that is edited.
-        fit: the hull whose outline is drawn as a hint.
+        fits: with the detected masks, and with those by hand, whose hull's outline is drawn as a hint.
+        truth: the annotated quantities.
         said: sentences below the pictures.
     """
-    hull = hull_outlines(opened, fit)
+    hull = hull_outlines(opened, fits[1])
     videos = {}
     for name in METHOD_VIEWS:
         try:
@@ -59,11 +71,22 @@ def editor_component(opened: OpenedRecording, frame: int, *, active: str, fit: F
             "active": active,
             "is_read_only": is_read_only(),
             "said": said,
+            "numbers": _numbers(fits, truth),
             "views": [_view(EditedFrame(opened, name, frame), url, hull.get(name, [])) for name in shown],
             "acknowledged": acknowledged(EDITOR),
         },
         on_report_change=no_callback,
     )
+
+
+def _numbers(fits: tuple[Fit, Fit], truth: Mapping[str, float]) -> dict[str, Any]:
+    """The quantities with the detected masks and with those by hand, beside the annotation."""
+    rows = []
+    for name in GEOMETRY:
+        detected, hand = (getattr(fit.dimensions, name) for fit in fits)
+        texts = ["–" if value is None else amount(name, value) for value in (detected, hand, truth.get(name))]
+        rows.append([BY_NAME[name].label, *texts])
+    return {"head": ["This frame", "Detected", "By hand", "Annotated"], "rows": rows}
 
 
 def _view(edited: EditedFrame, url: str, hull: Any) -> dict[str, Any]:

@@ -20,7 +20,9 @@ class MaskEditor {
     this.bar = new EditorBar(element("div", "mask-editor-bar", this.root), this);
     const stage = element("div", "mask-editor-stage", this.root);
     this.canvas = new EditorCanvas(element("div", "mask-editor-main", stage), this);
-    this.others = new OtherViews(element("div", "mask-editor-others", stage), this);
+    const side = element("div", "mask-editor-side", stage);
+    this.numbers = element("table", "mask-editor-numbers", side);
+    this.others = new OtherViews(element("div", "mask-editor-others", side), this);
     this.said = element("p", "mask-editor-said", this.root, { role: "status" });
     this.onKey = (event) => this.pressKey(event);
     document.addEventListener("keydown", this.onKey);
@@ -55,9 +57,21 @@ class MaskEditor {
     if (isAnswered) this.sentMs = null;
     this.canvas.showPicture(isOther);
     this.others.update(data);
+    this.showNumbers();
     this.bar.show();
-    this.said.textContent = data.said.join(" ");
+    const { name, title, source } = this.view;
+    this.said.textContent = [`${name}, ${title}: ${source}.`, ...data.said].join(" ");
     this.reports.acknowledge(data.acknowledged);
+  }
+
+  // The quantities with the masks as they are detected and as they are drawn, and the truth.
+  showNumbers() {
+    const { head, rows } = this.data.numbers;
+    this.numbers.replaceChildren();
+    for (const cells of [head, ...rows]) {
+      const row = element("tr", "", this.numbers);
+      for (const textContent of cells) element(cells === head ? "th" : "td", "", row, { textContent });
+    }
   }
 
   choose(tool) {
@@ -131,8 +145,7 @@ class OtherViews {
     for (const view of data.views) {
       if (!this.shown.has(view.name)) this.make(view.name);
       const { button, canvas, caption } = this.shown.get(view.name);
-      button.classList.toggle("mask-editor-pressed", view.name === data.active);
-      button.setAttribute("aria-pressed", view.name === data.active);
+      button.hidden = view.name === data.active;
       caption.textContent = `${view.name}, ${view.title}: ${view.source}`;
       picture(view.url, () => this.draw(canvas, view));
     }

@@ -12,7 +12,6 @@ from corsmal.quantities import BY_NAME, GEOMETRY
 from corsmal.selection import BestFrame
 from corsmal.stages.hand_comparison import compare_masks, compare_outlines, frames_to_correct, mask_sentence
 from corsmal.ui import session, shared
-from corsmal.ui.amounts import amount, measure, percent_error
 from corsmal.ui.folders import is_read_only
 from corsmal.ui.linked_plot.component import fresh_report
 from corsmal.ui.mask_editor.component import EDITOR, editor_component
@@ -50,8 +49,8 @@ def mask_editor(opened: OpenedRecording, best: BestFrame, frame: int) -> bool:
     active = wanted if wanted in views else views[0]
     shape = session.choice().shape
     fits = fits_of(detected, best.pair, frame, shape)
-    editor_component(detected, frame, active=active, fit=fits[1], said=said)
-    _numbers(detected, fits)
+    truth = annotated(detected.recording)
+    editor_component(detected, frame, active=active, fits=fits, truth=truth, said=[*said, *_said_of(fits[1])])
     with guarded():
         _versions(EditedFrame(detected, active, frame))
     with guarded():
@@ -80,22 +79,10 @@ def _take_over(opened: OpenedRecording) -> list[str]:
     return said
 
 
-def _numbers(opened: OpenedRecording, fits: tuple[Fit, Fit]) -> None:
-    """The four quantities of the frame with the masks by hand, beside those with the detected ones, and the truth."""
-    (detected, hand), truth = fits, annotated(opened.recording)
-    st.caption(
-        f"This frame, `{session.choice().shape_name}`, {' + '.join(hand.pair)}, with the masks as they are drawn:"
-    )
-    for column, name in zip(st.columns(4), GEOMETRY, strict=True):
-        value, before, true = getattr(hand.dimensions, name), getattr(detected.dimensions, name), truth.get(name)
-        notes = [f"detected masks: {'–' if before is None else amount(name, before)}"]
-        if true is not None:
-            error = "" if value is None else f", error {percent_error(value, true)}"
-            notes.append(f"annotated {BY_NAME[name].text(true)}{error}")
-        measure(column, BY_NAME[name].label, "–" if value is None else amount(name, value), notes[0])
-        column.caption("  \n".join(notes[1:]))
-    if not hand.ok:
-        st.caption(f":material/search_off: Nothing fits these masks: {plain(hand.dimensions.reason)}")
+def _said_of(fit: Fit) -> list[str]:
+    """Which fit the numbers are of, or why there are none."""
+    made = f"Numbers: {session.choice().shape_name}, {' + '.join(fit.pair)}."
+    return [made] if fit.ok else [made, f"Nothing fits these masks: {fit.dimensions.reason}."]
 
 
 def _versions(edited: EditedFrame) -> None:
