@@ -53,6 +53,8 @@ def apply(opened: OpenedRecording, action: Action, *, by: str) -> str:
     tool, view, frame = action.get("tool"), action.get("view"), action.get("frame")
     if view not in METHOD_VIEWS or view not in opened.recording.views or type(frame) is not int:
         raise ArgumentError(f"an edit must name a view and a frame, got {str(view)[:20]!r}, {str(frame)[:20]!r}")
+    if not 0 <= frame < opened.video(view).frame_count:
+        raise ArgumentError(f"frame must be one of {view}'s {opened.video(view).frame_count} frames, got {frame}")
     edited, who = EditedFrame(opened, view, frame), str(action.get("who", "")).strip()[:60]
     after = action.get("after")
     if type(after) is not int:

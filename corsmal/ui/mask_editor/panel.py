@@ -2,6 +2,7 @@
 
 import uuid
 from dataclasses import replace
+from functools import partial
 
 import pandas as pd
 import streamlit as st
@@ -111,9 +112,16 @@ def _versions(edited: EditedFrame) -> None:
         st.dataframe(pd.DataFrame(rows), hide_index=True, height="content" if len(rows) < 8 else 280)
         if not is_read_only():
             number = st.selectbox("Version", [step.number for step in reversed(steps)], key=f"version {edited.view}")
-            if st.button("Use this version", icon=":material/restore:", key="use_version"):
-                masks.restore(edited.own, number, by=st.session_state[SESSION])
-                st.rerun(scope="fragment")
+            st.button(
+                "Use this version",
+                icon=":material/restore:",
+                key="use_version",
+                on_click=partial(_restore, edited, number),
+            )
+
+
+def _restore(edited: EditedFrame, number: int) -> None:
+    edited.masks.restore(edited.own, number, by=st.session_state[SESSION])
 
 
 def _next_frames(opened: OpenedRecording, best: BestFrame) -> None:
@@ -141,9 +149,12 @@ def _next_frames(opened: OpenedRecording, best: BestFrame) -> None:
     if not found:
         st.caption("There is none: all frames with detections in both views have masks by hand.")
     for candidate in found[:NEXT_SHOWN]:
-        if st.button(str(candidate), key=f"next {candidate.frame} {candidate.view}", type="tertiary"):
-            session.choose(frame=candidate.frame, edited=candidate.view)
-            st.rerun(scope="fragment")
+        st.button(
+            str(candidate),
+            key=f"next {candidate.frame} {candidate.view}",
+            type="tertiary",
+            on_click=partial(session.choose, frame=candidate.frame, edited=candidate.view),
+        )
 
 
 def _comparison(opened: OpenedRecording) -> None:
