@@ -3,7 +3,9 @@ import pytest
 
 from corsmal.detection import Detections
 from corsmal.errors import ArgumentError, NotFoundError
-from corsmal.selection import FrameScore, penalty, score_frames, select_best_frame, total_penalty, view_score
+from corsmal.parameters import SelectionParameters
+from corsmal.selection import FrameScore, score_frames, select_best_frame, total_penalty, view_score
+from corsmal.selection.best import view_evidence
 
 SIZE = (90, 90)
 CUP, CHAIR = 47, 62
@@ -30,14 +32,18 @@ LOW = (40, 70, 50, 80)
 ASIDE = (5, 40, 15, 50)
 
 
-def test_penalty_counts_the_pixels_in_both_boxes():
-    assert penalty(np.array([0.0, 0, 10, 10]), np.array([6.0, 7, 20, 20])) == 4 * 3
-    assert penalty(np.array([0.0, 0, 10, 10]), np.array([10.0, 0, 20, 10])) == 0
-    assert penalty(np.array([0.0, 0, 10, 10]), np.array([12.0, 12, 20, 20])) == 0
+def penalty(first, second):
+    return total_penalty(detections_of(first, second))
+
+
+def test_penalty_counts_the_pixels_in_both_boxes_twice():
+    assert penalty((0, 0, 10, 10), (6, 7, 20, 20)) == 2 * 4 * 3
+    assert penalty((0, 0, 10, 10), (10, 0, 20, 10)) == 0
+    assert penalty((0, 0, 10, 10), (12, 12, 20, 20)) == 0
 
 
 def test_penalty_rounds_boxes_to_whole_pixels():
-    assert penalty(np.array([0.4, 0, 9.6, 10]), np.array([8.6, 0, 20, 10])) == 1 * 10
+    assert penalty((0.4, 0, 9.6, 10), (8.6, 0, 20, 10)) == 2 * 1 * 10
 
 
 def test_total_penalty_is_twice_all_pairs():
@@ -127,3 +133,26 @@ def test_a_view_without_detections_is_named():
 def test_views_without_a_common_frame_have_no_best_frame():
     views = {"view3": {0: detections_of(CENTRED)}, "view1": {1: detections_of(CENTRED)}}
     assert "no inspected frame" in select_best_frame(views, pair=("view3", "view1")).reason
+
+
+def test_all_frames_at_once_are_as_frame_by_frame():
+    rng = np.random.default_rng(5)
+
+    def found():
+        count = int(rng.integers(1, 9))
+        corners = rng.uniform(0, 70, (count, 2))
+        boxes = np.hstack([corners, corners + rng.uniform(0, 40, (count, 2))]).round(1)
+        scores, labels = rng.choice([0.4, 0.5, 0.7, 0.9], count), rng.choice([CUP, CHAIR], count, p=[0.9, 0.1])
+        return detections_of(*boxes.tolist(), scores=scores, labels=labels, pixels=rng.integers(0, 8000, count))
+
+    views = {name: {frame: found() for frame in range(60)} for name in ("view3", "view1")}
+    parameters = SelectionParameters(detections_max=2)
+    for rule in parameters.centre_rules:
+        scores = score_frames(views, pair=("view3", "view1"), centre_rule=rule, parameters=parameters)
+        slow = [
+            [view_evidence(view[frame], centre_rule=rule, parameters=parameters) for view in views.values()]
+            for frame in range(60)
+        ]
+        assert [score.mask_pixels for score in scores] == [tuple(each.pixels for each in two) for two in slow]
+        assert [score.penalties for score in scores] == [tuple(each.penalty for each in two) for two in slow]
+        assert len({score.total for score in scores}) > 2

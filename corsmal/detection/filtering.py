@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from corsmal.detection.coco_classes import CLASS_MAX
 from corsmal.detection.record import Detections
 from corsmal.detection.rle import Size, rightmost_columns
 from corsmal.errors import check_choice
@@ -13,6 +16,26 @@ from corsmal.parameters import CENTRE_RULES, CentreRule, SelectionParameters
 
 PAPER = SelectionParameters()
 COUNT_WORDS = {1: "one", 2: "two", 3: "three"}
+
+
+class Rows(Protocol):
+    """Detections as columns: (n, 4) boxes, (n,) scores and labels, in images of one size (H, W)."""
+
+    @property
+    def boxes(self) -> NDArray[np.float64]:
+        """``x1 y1 x2 y2``, pixels."""
+
+    @property
+    def scores(self) -> NDArray[np.float64]:
+        """From 0 to 1."""
+
+    @property
+    def labels(self) -> NDArray[np.int64]:
+        """COCO category numbers."""
+
+    @property
+    def size(self) -> Size:
+        """Of the images, pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +78,16 @@ def filter_detections(
         ArgumentError: ``centre_rule`` is none of these.
     """
     check_choice("centre_rule", centre_rule, CENTRE_RULES)
-    reasons = [
-        _class_reason(label, parameters)
-        or _score_reason(score, parameters)
-        or _centre_reason(box, detections.size, centre_rule)
-        for label, score, box in zip(
-            detections.labels.tolist(), detections.scores.tolist(), detections.boxes.tolist(), strict=True
-        )
-    ]
-    passing = np.array([index for index, reason in enumerate(reasons) if reason is None], dtype=np.int64)
+    of_class, of_score, of_centre = broken_rules(detections, centre_rule, parameters)
+    reasons: list[str | None] = [None] * len(detections)
+    for index in np.flatnonzero(of_class | of_score | of_centre).tolist():
+        if of_class[index]:
+            reasons[index] = f"class {detections.labels[index]} is no container"
+        elif of_score[index]:
+            reasons[index] = _score_reason(detections.scores[index], parameters)
+        else:
+            reasons[index] = _centre_reason(detections.boxes[index], detections.size, centre_rule)
+    passing = np.flatnonzero(~(of_class | of_score | of_centre))
     ranked = passing[np.argsort(-detections.scores[passing], kind="stable")]
     most = parameters.detections_max
     for index in ranked[most:]:
@@ -87,28 +111,50 @@ def _weighted(
     return from_left[np.argsort(-scores[from_left], kind="stable")], scores
 
 
-def _class_reason(label: int, parameters: SelectionParameters) -> str | None:
-    return None if label in parameters.classes else f"class {label} is no container"
+def broken_rules(
+    found: Rows, centre_rule: CentreRule, parameters: SelectionParameters
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which of n detections, of one frame or of many, break the rules that look at each by itself.
+
+    Returns:
+        Three times (n,): whose class is no container, whose score is too low, whose box centre lies outside.
+    """
+    of_class = _foreign_classes(parameters.classes)[found.labels]
+    is_outside = np.zeros(len(found.labels), dtype=np.bool_)
+    for _, _, is_off in _off_centre(found.boxes, found.size, centre_rule):
+        is_outside |= is_off
+    return of_class, found.scores < parameters.score_min, is_outside
 
 
-def _score_reason(score: float, parameters: SelectionParameters) -> str | None:
-    if score >= parameters.score_min:
-        return None
+@lru_cache
+def _foreign_classes(classes: frozenset[int]) -> NDArray[np.bool_]:
+    """Per COCO category number whether it is none of some classes."""
+    return ~np.isin(np.arange(CLASS_MAX + 1), list(classes))
+
+
+def _score_reason(score: float, parameters: SelectionParameters) -> str:
     # 0.4999 must not read as "0.50 is below 0.50".
     decimals = next((n for n in range(2, 17) if f"{score:.{n}f}" != f"{parameters.score_min:.{n}f}"), 17)
     return f"score {score:.{decimals}f} is below {parameters.score_min:.{decimals}f}"
 
 
-def _centre_reason(box: list[float], size: Size, rule: CentreRule) -> str | None:
-    height, width = size
-    axes = [] if rule == "none" else [("width", box[0] + box[2], width)]
-    if rule == "both thirds":
-        axes.append(("height", box[1] + box[3], height))
-    parts, name = (4, "half") if rule == "middle half" else (3, "third")
-    # Twice the centre against shares of twice the side, so that a centre on the border is exactly inside.
-    outside = [
-        f"{50 * twice_centre / side:.0f} % of the {axis}"
-        for axis, twice_centre, side in axes
-        if not 2 * side <= parts * twice_centre <= 2 * (parts - 1) * side
-    ]
-    return f"centre at {' and '.join(outside)} is outside the middle {name}" if outside else None
+def _centre_reason(box: NDArray[np.float64], size: Size, rule: CentreRule) -> str:
+    axes = _off_centre(box[None], size, rule)
+    outside = [f"{percent[0]:.0f} % of the {axis}" for axis, percent, is_off in axes if is_off[0]]
+    return f"centre at {' and '.join(outside)} is outside the middle {'half' if rule == 'middle half' else 'third'}"
+
+
+def _off_centre(
+    boxes: NDArray[np.float64], size: Size, rule: CentreRule
+) -> list[tuple[str, NDArray[np.float64], NDArray[np.bool_]]]:
+    """Per axis that a rule looks at: its name, where the centres of n boxes lie in per cent, and which lie outside."""
+    axes = {"none": (), "both thirds": ("width", "height")}.get(rule, ("width",))
+    parts = 4 if rule == "middle half" else 3
+    found = []
+    for axis in axes:
+        first, side = (0, size[1]) if axis == "width" else (1, size[0])
+        # Twice the centre against shares of twice the side, so that a centre on the border is exactly inside.
+        twice_centre = boxes[:, first] + boxes[:, first + 2]
+        is_off = (parts * twice_centre < 2 * side) | (parts * twice_centre > 2 * (parts - 1) * side)
+        found.append((axis, 50 * twice_centre / side, is_off))
+    return found

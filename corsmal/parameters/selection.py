@@ -81,6 +81,11 @@ class SelectionParameters:
         if self.fallback_frame is not None and self.fallback_frame < 0:
             raise ArgumentError(f"fallback_frame must not be negative, got {self.fallback_frame}")
 
+    @property
+    def is_of_containers(self) -> bool:
+        """Whether a frame's score depends on the containers in it alone, as in the paper."""
+        return self.score_rule == "overlaps" and self.object_score_min is None and not self.place_weights
+
     def counted_frames(self, *, fps: float, frames: int) -> tuple[int, ...] | None:
         """The frames of a recording that count, ascending; None: all.
 

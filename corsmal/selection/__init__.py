@@ -2,7 +2,7 @@
 
 from corsmal.parameters import Pair
 from corsmal.selection.best import FrameDetections, best_frame_of_view, score_frames, select_best_frame, view_score
-from corsmal.selection.penalties import penalty, total_penalty, union_penalty
+from corsmal.selection.penalties import total_penalty, union_penalty
 from corsmal.selection.records import BestFrame, FrameScore
 from corsmal.selection.verdicts import Verdict, frame_verdicts
 
@@ -14,7 +14,6 @@ __all__ = [
     "Verdict",
     "best_frame_of_view",
     "frame_verdicts",
-    "penalty",
     "score_frames",
     "select_best_frame",
     "total_penalty",

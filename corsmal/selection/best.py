@@ -7,6 +7,7 @@ from itertools import combinations
 from corsmal.detection import Detections, Filtered, filter_detections
 from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.parameters import PAIRS, CentreRule, Pair, SelectionParameters
+from corsmal.selection.columns import ViewColumns
 from corsmal.selection.penalties import is_central, leading_objects, total_penalty, union_penalty
 from corsmal.selection.records import BestFrame, FrameScore
 
@@ -73,7 +74,8 @@ def score_frames(
     missing = [name for name in pair if name not in views]
     if missing:
         raise NotFoundError(f"no detections for {' and '.join(missing)}: the pair {' + '.join(pair)} needs both")
-    return _scored([views[name] for name in pair], centre_rule or parameters.centre_rules[0], parameters, frames)
+    scoring = _Scoring([views[name] for name in pair], parameters, frames)
+    return scoring(centre_rule or parameters.centre_rules[0])
 
 
 def select_best_frame(
@@ -98,9 +100,10 @@ def select_best_frame(
     if missing:
         reason = f"no detections for {' and '.join(missing)}"
         return BestFrame(pair, None, parameters.centre_rules[0], (), reason)
+    scoring = _Scoring([views[name] for name in pair], parameters, frames)
     scores: tuple[FrameScore, ...] = ()
     for centre_rule in parameters.centre_rules:
-        scores = _scored([views[name] for name in pair], centre_rule, parameters, frames)
+        scores = scoring(centre_rule)
         best = _highest(scores, parameters)
         if best is not None:
             return BestFrame(pair, best, centre_rule, scores)
@@ -121,8 +124,9 @@ def best_frame_of_view(
 
     The authors' program predicts the container's mass from the frontal view in this frame.
     """
+    scoring = _Scoring([detections], parameters, frames)
     for centre_rule in parameters.centre_rules:
-        best = _highest(_scored([detections], centre_rule, parameters, frames), parameters)
+        best = _highest(scoring(centre_rule), parameters)
         if best is not None:
             return best
     return parameters.fallback_frame
@@ -134,7 +138,7 @@ def view_evidence(detections: Detections, *, centre_rule: CentreRule, parameters
     kept = detections[filtered.kept]
     pixels = int(kept.mask_areas[0]) if len(kept) else None
     if parameters.object_score_min is None:
-        return ViewEvidence(filtered, pixels, total_penalty(kept) if len(kept) else 0)
+        return ViewEvidence(filtered, pixels, total_penalty(kept))
     leading = tuple(leading_objects(detections, filtered.scores, parameters).tolist())
     central = next((index for index in leading if is_central(detections.boxes[index], detections.size)), None)
     obstacle = "no object in the middle" if central is None and pixels is not None else ""
@@ -145,31 +149,43 @@ def view_evidence(detections: Detections, *, centre_rule: CentreRule, parameters
     return ViewEvidence(filtered, pixels, taken, leading, central, obstacle)
 
 
-def _scored(
-    views: list[FrameDetections],
-    centre_rule: CentreRule,
-    parameters: SelectionParameters,
-    frames: Collection[int] | None,
-) -> tuple[FrameScore, ...]:
-    common = set(views[0]).intersection(*views[1:])
-    scores = []
-    for frame in sorted(common if frames is None else common.intersection(frames)):
-        evidence = [view_evidence(view[frame], centre_rule=centre_rule, parameters=parameters) for view in views]
-        obstacles = tuple(each.obstacle for each in evidence)
-        scores.append(
-            FrameScore(
-                frame,
-                tuple(each.pixels for each in evidence),
-                tuple(each.penalty for each in evidence),
-                is_shared=parameters.score_rule == "overlaps",
-                obstacles=obstacles if any(obstacles) else (),
+class _Scoring:
+    """Scores some frames of views under one centre rule after the other."""
+
+    def __init__(
+        self, views: list[FrameDetections], parameters: SelectionParameters, frames: Collection[int] | None
+    ) -> None:
+        common = set(views[0]).intersection(*views[1:])
+        self._frames = sorted(common if frames is None else common.intersection(frames))
+        self._views, self._parameters = views, parameters
+        self._columns: list[ViewColumns] = []
+        if parameters.is_of_containers and self._frames:
+            self._columns = [ViewColumns.of(view, self._frames) for view in views]
+
+    def __call__(self, centre_rule: CentreRule) -> tuple[FrameScore, ...]:
+        if self._columns:
+            pixels, penalties = zip(
+                *(columns.evidence(centre_rule, self._parameters) for columns in self._columns), strict=True
             )
+            return tuple(map(FrameScore, self._frames, zip(*pixels, strict=True), zip(*penalties, strict=True)))
+        return tuple(self._score(frame, centre_rule) for frame in self._frames)
+
+    def _score(self, frame: int, centre_rule: CentreRule) -> FrameScore:
+        evidence = [
+            view_evidence(view[frame], centre_rule=centre_rule, parameters=self._parameters) for view in self._views
+        ]
+        obstacles = tuple(each.obstacle for each in evidence)
+        return FrameScore(
+            frame,
+            tuple(each.pixels for each in evidence),
+            tuple(each.penalty for each in evidence),
+            is_shared=self._parameters.score_rule == "overlaps",
+            obstacles=obstacles if any(obstacles) else (),
         )
-    return tuple(scores)
 
 
 def _highest(scores: tuple[FrameScore, ...], parameters: SelectionParameters) -> int | None:
-    totals = {score.frame: score.total for score in scores if score.total is not None}
+    totals = {score.frame: total for score in scores if (total := score.total) is not None}
     if not totals:
         return None
     in_order = list(totals) if parameters.score_rule == "overlaps" else list(reversed(totals))

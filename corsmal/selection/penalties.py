@@ -11,16 +11,26 @@ from corsmal.parameters import SelectionParameters
 Box = NDArray[np.float64]
 
 
-def penalty(box: Box, other: Box) -> int:
-    """Pixels that lie in both of two boxes (4,) ``x1 y1 x2 y2``, each rounded to whole pixels first."""
-    first, second = np.rint(box), np.rint(other)
-    overlap = np.minimum(first[2:], second[2:]) - np.maximum(first[:2], second[:2])
-    return int(np.prod(np.maximum(overlap, 0)))
+def total_penalties(boxes: NDArray[np.float64]) -> NDArray[np.int64]:
+    """TP of frames of one view: twice the overlaps of all pairs of remaining detections (equation 3).
+
+    Args:
+        boxes: (..., n, 4) ``x1 y1 x2 y2`` of n detections in each frame, pixels; rounded to whole pixels first.
+
+    Returns:
+        (...) pixels.
+    """
+    rounded, total = np.rint(boxes), np.zeros(boxes.shape[:-2])
+    for first, second in combinations(range(boxes.shape[-2]), 2):
+        one, other = rounded[..., first, :], rounded[..., second, :]
+        sides = np.minimum(one[..., 2:], other[..., 2:]) - np.maximum(one[..., :2], other[..., :2])
+        total += np.prod(np.maximum(sides, 0), axis=-1)
+    return 2 * total.astype(np.int64)
 
 
 def total_penalty(detections: Detections) -> int:
-    """TP of one view's remaining detections, at most three: twice the overlaps of all pairs (equation 3)."""
-    return 2 * sum(penalty(first, second) for first, second in combinations(detections.boxes, 2))
+    """TP of one view's remaining detections in one frame, pixels (equation 3)."""
+    return int(total_penalties(detections.boxes))
 
 
 def union_penalty(box: Box, other: Box) -> float:

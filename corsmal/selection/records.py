@@ -41,8 +41,10 @@ class FrameScore:
     @property
     def total(self) -> float | None:
         """The pair's score, pixels (equation 5); None unless all views have a container and the frame counts."""
-        scores = [score for score in self.view_scores if score is not None]
-        return None if any(self.obstacles) or len(scores) < len(self.mask_pixels) else sum(scores)
+        pixels = [each for each in self.mask_pixels if each is not None]
+        if any(self.obstacles) or len(pixels) < len(self.mask_pixels):
+            return None
+        return sum(pixels) - self.total_penalty
 
 
 @dataclass(frozen=True)
