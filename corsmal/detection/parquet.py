@@ -46,8 +46,13 @@ def write_parquet(view_detections: ViewDetections, path: Path) -> None:
     pq.write_table(table, path, compression="zstd", write_page_checksum=True)
 
 
-def read_parquet(path: Path) -> ViewDetections:
+def read_parquet(path: Path, *, is_own: bool = False) -> ViewDetections:
     """Read what ``write_parquet`` wrote.
+
+    Args:
+        path: the file.
+        is_own: this program wrote it into its own store, so that its digest is enough; else every mask is checked,
+            which takes several times as long.
 
     Raises:
         FileError: the file was not written by it, or is broken.
@@ -55,12 +60,12 @@ def read_parquet(path: Path) -> ViewDetections:
         ArgumentError: the detections in it cannot be.
     """
     try:
-        return _read(path)
+        return _read(path, is_own=is_own)
     except pa.ArrowException as error:
         raise FileError(path, f"is broken ({error})") from error
 
 
-def _read(path: Path) -> ViewDetections:
+def _read(path: Path, *, is_own: bool) -> ViewDetections:
     with pq.ParquetFile(path, page_checksum_verification=True) as file:
         table = file.read()
     metadata = table.schema.metadata or {}
@@ -73,12 +78,11 @@ def _read(path: Path) -> ViewDetections:
     boxes = np.column_stack([table[name].to_numpy() for name in BOX_COLUMNS])
     scores, labels, row_frames = (table[name].to_numpy() for name in ("score", "label", "frame"))
     masks = table["mask_rle"].to_pylist()
-    if not whole_counts(masks, size).issuperset(masks):
+    if not is_own and not whole_counts(masks, size).issuperset(masks):
         raise FileError(path, f"is broken: {BROKEN}")
-    by_frame = {}
-    for frame in view["frames"]:
-        rows = slice(*np.searchsorted(row_frames, [frame, frame + 1]))
-        by_frame[frame] = Detections.from_counts(boxes[rows], scores[rows], labels[rows], masks[rows], size=size)
+    all_frames = Detections.from_counts(boxes, scores, labels, masks, size=size)
+    rows = np.searchsorted(row_frames, [view["frames"], np.add(view["frames"], 1)]).T.tolist()
+    by_frame = {frame: all_frames[first:after] for frame, (first, after) in zip(view["frames"], rows, strict=True)}
     if sum(map(len, by_frame.values())) != len(scores):
         raise FileError(path, "holds detections of frames that it does not list")
     return ViewDetections(by_frame, size=size, source=view["source"], problems=tuple(view["problems"]))

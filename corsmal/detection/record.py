@@ -111,22 +111,25 @@ class Detections:
         return len(self.scores)
 
     def __getitem__(self, index: ArrayLike | slice) -> "Detections":
-        if not isinstance(index, slice):
-            index = np.asarray(index)
-            if index.ndim != 1 or (index.size and index.dtype.kind not in "iub"):
-                raise ArgumentError("index must be a slice or a one-dimensional array of integers or bools")
-            index = index if index.size else index.astype(np.int64)
+        if isinstance(index, slice):
+            return self._part(index, self.counts[index])
+        index = np.asarray(index)
+        if index.ndim != 1 or (index.size and index.dtype.kind not in "iub"):
+            raise ArgumentError("index must be a slice or a one-dimensional array of integers or bools")
         try:
-            chosen = np.arange(len(self))[index]
+            chosen = np.arange(len(self))[index if index.size else index.astype(np.int64)]
         except IndexError as error:
             raise ArgumentError(f"index does not fit {len(self)} detections: {error}") from error
-        part = Detections.__new__(Detections)  # of a record that was checked when it was made
-        columns = {"boxes": self.boxes[chosen], "scores": self.scores[chosen], "labels": self.labels[chosen]}
-        part._keep(columns, tuple(self.counts[i] for i in chosen.tolist()), self.size)
-        return part
+        return self._part(chosen, tuple(self.counts[i] for i in chosen.tolist()))
 
     def __repr__(self) -> str:
         return f"Detections(n={len(self)}, size={self.size})"
+
+    def _part(self, rows: slice | NDArray[np.int64], counts: tuple[bytes, ...]) -> "Detections":
+        part = Detections.__new__(Detections)  # of a record that was checked when it was made
+        columns = {"boxes": self.boxes[rows], "scores": self.scores[rows], "labels": self.labels[rows]}
+        part._keep(columns, counts, self.size)
+        return part
 
     def _set(
         self, boxes: ArrayLike, scores: ArrayLike, labels: ArrayLike, counts: tuple[bytes, ...], size: Size

@@ -26,7 +26,7 @@ CHARACTERS_MAX = 6
 
 BROKEN = "the mask's run lengths (RLE) are broken"
 
-CHARACTERS_AT_ONCE = 16_384
+CHARACTERS_AT_ONCE = 32_768
 """What ``whole_counts`` parses together stays in the processor's cache."""
 
 
@@ -91,7 +91,7 @@ def mask_box(counts: bytes, size: Size) -> tuple[float, float, float, float] | N
     return x, y, width, height
 
 
-def run_lengths(counts: bytes, size: Size) -> NDArray[np.int64]:
+def run_lengths(counts: bytes, size: Size) -> NDArray[np.int32]:
     """The plain run lengths that counts stand for: background, mask, background, ...
 
     Raises:
@@ -119,36 +119,56 @@ def whole_counts(counts: Iterable[bytes], size: Size) -> set[bytes]:
     return found
 
 
-def _parsed(counts: Sequence[bytes], pixels: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _parsed(counts: Sequence[bytes], pixels: int) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
     """The runs of counts, of which none is empty, one behind the other, and which counts are whole.
 
     Those that are broken leave runs without a meaning.
     """
-    characters = np.frombuffer(b"".join(counts), dtype=np.uint8).astype(np.int64) - FIRST_CHARACTER
+    characters = np.frombuffer(b"".join(counts), dtype=np.uint8) - np.uint8(FIRST_CHARACTER)  # below it: over 200
     after = np.cumsum([len(item) for item in counts])
-    is_last = ~(characters & CONTINUES).astype(bool)
+    is_last = (characters & CONTINUES) == 0
     is_whole = is_last[after - 1]
     is_last[after - 1] = True
     ends = np.flatnonzero(is_last)
-    starts = np.concatenate([[0], ends[:-1] + 1])
-    lengths = ends - starts + 1
-    places = 5 * (np.arange(len(characters)) - np.repeat(starts, lengths))
-    runs = np.add.reduceat((characters & VALUE) << places, starts)
-    runs -= np.where(characters[ends] & NEGATIVE, np.int64(1) << 5 * lengths, 0)
-    first_characters = np.concatenate([[0], after[:-1]])
-    first = np.searchsorted(starts, first_characters)  # each mask's first run
-    own = np.diff(np.append(first, len(runs)))
-    position = np.arange(len(runs)) - np.repeat(first, own)
-    # From the fourth run on, each is written as its difference to the run two before it.
-    for chosen in (position % 2 == 1, (position % 2 == 0) & (position > 0)):
-        sums = np.cumsum(np.where(chosen, runs, 0))
-        runs = np.where(chosen, sums - np.repeat(np.concatenate([[0], sums[first[1:] - 1]]), own), runs)
-    is_whole &= np.minimum.reduceat(characters, first_characters) >= 0
-    is_whole &= np.maximum.reduceat(characters, first_characters) <= (CONTINUES | VALUE)
-    is_whole &= np.maximum.reduceat(lengths, first) <= CHARACTERS_MAX
-    # a run longer than the image is caught by itself: sums of many could overflow
-    is_whole &= (np.minimum.reduceat(runs, first) >= 0) & (np.maximum.reduceat(runs, first) <= pixels)
-    return runs, is_whole & (np.add.reduceat(runs, first) == pixels)
+    first = np.searchsorted(ends, np.append(0, after[:-1]))  # each mask's first run
+    runs = _numbers(characters, ends)
+    _undo_differences(runs, first)
+    is_right = (runs >= 0) & (runs <= pixels)  # each by itself: sums of many could overflow
+    is_right &= np.diff(ends, prepend=-1) <= CHARACTERS_MAX
+    if not is_right.all():
+        is_whole &= np.logical_and.reduceat(is_right, first)
+    if characters.max() > (CONTINUES | VALUE):
+        is_whole &= np.maximum.reduceat(characters, np.append(0, after[:-1])) <= (CONTINUES | VALUE)
+    return runs, is_whole & (np.add.reduceat(runs, first, dtype=np.int64) == pixels)
+
+
+def _numbers(characters: NDArray[np.uint8], ends: NDArray[np.int64]) -> NDArray[np.int32]:
+    """The numbers whose last characters are at ``ends``: five bits a character, the lowest first, with a sign."""
+    starts = np.append(0, ends[:-1] + 1)
+    lengths = np.minimum(ends - starts + 1, CHARACTERS_MAX).astype(np.int32)
+    values = (characters & VALUE).astype(np.int32)
+    found = values[starts]
+    longer = np.flatnonzero(lengths > 1)
+    for place in range(1, CHARACTERS_MAX):
+        if not len(longer):
+            break
+        found[longer] |= values[starts[longer] + place] << 5 * place
+        longer = longer[lengths[longer] > place + 1]
+    beyond = np.int32(32) - 5 * lengths
+    return (found << beyond) >> beyond
+
+
+def _undo_differences(runs: NDArray[np.int32], first: NDArray[np.int64]) -> None:
+    """From a mask's fourth run on, each is written as its difference to the run two before it."""
+    of_first = runs[first]
+    runs[first] = 0
+    for odd in (0, 1):
+        every_second = runs[odd::2]
+        sums = np.cumsum(every_second, dtype=np.int32)
+        begins = (first + 1 - odd) // 2  # each mask's first among these
+        before = np.append(np.int32(0), sums)[begins]
+        every_second[:] = sums - np.repeat(before, np.diff(np.append(begins, len(sums))))
+    runs[first] = of_first
 
 
 def counts_from_rle(rle: Mapping[str, Any], size: Size, *, whole: Container[bytes] = ()) -> bytes:

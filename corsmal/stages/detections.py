@@ -133,7 +133,7 @@ def _kept_file(key: str, store: Store) -> Path:
 
 
 def _read_kept(key: str, store: Store) -> ViewDetections | None:
-    return store.read(_kept_file(key, store), read_parquet)
+    return store.read(_kept_file(key, store), partial(read_parquet, is_own=True))
 
 
 def _point_to(key: str, view: View, store: Store) -> None:

@@ -76,7 +76,7 @@ def kept(many, store):
 @reading_kept
 def test_read_3000_kept_detections(benchmark, many, store):
     path = kept(many, store)
-    assert len(benchmark(store.read, path, read_parquet)) == FRAMES
+    assert len(benchmark(store.read, path, partial(read_parquet, is_own=True))) == FRAMES
 
 
 @reading_kept

@@ -92,7 +92,7 @@ def counts_good_and_broken(draw):
     return draw(st.permutations(counts + draw(st.lists(st.binary(max_size=9), max_size=4))))
 
 
-@pytest.mark.parametrize("characters_at_once", [1, 16_384])
+@pytest.mark.parametrize("characters_at_once", [1, 32_768])
 @given(counts=counts_good_and_broken())
 def test_many_counts_are_told_whole_or_broken_as_one_by_one(characters_at_once, counts):
     with pytest.MonkeyPatch.context() as patch:
