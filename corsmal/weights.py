@@ -33,6 +33,8 @@ ENTRY = "corsmal"
 BUNDLED_NAME = "demo"
 """Names the bundled file where another one is set in the environment."""
 
+NOT_FINITE = "holds weights that are not finite"
+
 RELEASED = "released "
 """Begins the digest of a network in the authors' own file, which does not say what it was trained on."""
 
@@ -157,7 +159,7 @@ def read_network(path: Path, kind: Kind, build: Callable[[Any], Network]) -> Net
     except RuntimeError as error:
         raise FileError(path, f"holds weights that do not fit the sizes it names; {_advice(kind)}") from error
     if not all(torch.isfinite(value).all() for value in state.values()):
-        raise FileError(path, f"holds weights that are not finite; {_advice(kind)}")
+        raise FileError(path, f"{NOT_FINITE}; {_advice(kind)}")
     return network.eval()
 
 
@@ -186,6 +188,27 @@ def read_metadata(path: Path, kind: Kind) -> tuple[Any, dict[str, Any]]:
     if found != kind or not isinstance(training, dict):
         raise _foreign(path, kind)
     return _tuples(config), training
+
+
+def check_network_file(path: Path, kind: Kind) -> None:
+    """Whether a file holds a network of a kind and finite numbers, without PyTorch; of the authors' files the format.
+
+    Raises:
+        FileError: as ``read_network``, but for weights that do not fit the sizes.
+    """
+    import numpy as np  # noqa: PLC0415 - as above
+    import safetensors  # noqa: PLC0415
+
+    if is_state_dict(path):
+        return
+    read_metadata(path, kind)
+    try:
+        with safetensors.safe_open(path, "np") as file:
+            is_finite = all(np.isfinite(file.get_tensor(name)).all() for name in file.keys())  # noqa: SIM118 - no mapping
+    except (OSError, safetensors.SafetensorError, TypeError, ValueError) as error:
+        raise _foreign(path, kind) from error
+    if not is_finite:
+        raise FileError(path, f"{NOT_FINITE}; {_advice(kind)}")
 
 
 def _early_content(metadata: Mapping[str, str]) -> dict[str, Any]:

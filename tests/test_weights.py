@@ -16,6 +16,7 @@ from corsmal.weights import (
     BUNDLED,
     WeightsFile,
     bundled_path,
+    check_network_file,
     choose_device,
     file_sha256,
     find_weights,
@@ -136,6 +137,22 @@ def test_another_kind_is_an_error(tmp_path, network):
     ):
         with pytest.raises(FileError, match="is not a file of the filling network's weights; train one"):
             read()
+
+
+def test_a_file_is_checked_without_loading_the_network(tmp_path, network):
+    save_network(tmp_path / "good", network, kind="mass", config={})
+    check_network_file(tmp_path / "good", "mass")
+    network[0].weight.data[0, 0] = torch.nan
+    save_network(tmp_path / "nan", network, kind="mass", config={})
+    (tmp_path / "cut").write_bytes((tmp_path / "good").read_bytes()[:-8])
+    for name, kind, problem in (
+        ("nan", "mass", "weights that are not finite"),
+        ("good", "filling", "is not a file of the filling network"),
+        ("cut", "mass", "is not a file of the mass network"),
+        ("absent", "mass", "is not a file of the mass network|cannot be read|is missing"),
+    ):
+        with pytest.raises(FileError, match=problem):
+            check_network_file(tmp_path / name, kind)
 
 
 @pytest.mark.parametrize("training", ["[]", "no JSON", "3"])

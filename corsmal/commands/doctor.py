@@ -16,6 +16,7 @@ from corsmal.errors import CorsmalError
 if TYPE_CHECKING:
     from corsmal.dataset.findings import Finding, Severity
     from corsmal.store import Store
+    from corsmal.weights import Kind
 
 SHOWN_MAX = 20
 
@@ -61,7 +62,8 @@ def doctor(
         bool,
         typer.Option(
             "--deep",
-            help="Read sounds whole, decode videos at both ends and look for offsets between views; default: headers.",
+            help="Read sounds whole, decode videos at both ends, look for offsets between views and load the networks; "
+            "default: headers.",
         ),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list of findings.")] = False,
@@ -91,7 +93,7 @@ def doctor(
     if not any(finding.severity == "error" for finding in found):
         report.note("every file can be read", kind="dataset")
     report.note(agreement(rows), kind="agreement")
-    _on_networks(report)
+    _on_networks(report, deep=deep)
     _on_store(report, store)
     if as_json:
         typer.echo(json.dumps([finding.to_json() for finding in report.findings], indent=1, ensure_ascii=False))
@@ -104,35 +106,44 @@ def doctor(
         raise typer.Exit(1)
 
 
-def _on_networks(report: _Report) -> None:
-    import torch
-
-    from corsmal.detection import SmallDetector
+def _on_networks(report: _Report, *, deep: bool) -> None:
     from corsmal.detection.coco_weights import coco_weights_file
-    from corsmal.filling import open_filling
-    from corsmal.mass import MassPredictor
-    from corsmal.weights import Kind, find_weights
+    from corsmal.weights import Kind, check_network_file, find_weights
 
     coco = coco_weights_file()
     report.note(
         f"Mask R-CNN weights: {coco if coco.is_file() else f'not there yet; downloaded on first use to {coco}'}",
         kind="network",
     )
-    openers: dict[Kind, Callable[[Path], object]] = {
-        "detector": lambda path: SmallDetector(path, device="cpu"),
-        "filling": open_filling,
-        "mass": MassPredictor,
-    }
-    for kind, opened in openers.items():
+    kinds: tuple[Kind, ...] = ("detector", "filling", "mass")
+    openers = _openers() if deep else dict.fromkeys(kinds, check_network_file)
+    for kind in kinds:
         weights = find_weights(kind)
         try:
-            opened(weights.path)
+            openers[kind](weights.path, kind)
             report.note(f"{kind} weights ({weights.origin}): {weights.path}", kind="network")
         except CorsmalError as error:
             report.problem(str(error), kind="network")
-    report.note(
-        f"GPU: {torch.cuda.get_device_name() if torch.cuda.is_available() else 'none; the CPU is used'}", kind="network"
-    )
+    report.note(f"GPU: {_gpu() if deep else '--deep looks for one'}", kind="network")
+
+
+def _openers() -> "dict[Kind, Callable[[Path, Kind], object]]":
+    """What loads each network, which takes seconds and half a gigabyte: PyTorch."""
+    from corsmal.detection import SmallDetector
+    from corsmal.filling import open_filling
+    from corsmal.mass import MassPredictor
+
+    return {
+        "detector": lambda path, _: SmallDetector(path, device="cpu"),
+        "filling": lambda path, _: open_filling(path),
+        "mass": lambda path, _: MassPredictor(path),
+    }
+
+
+def _gpu() -> str:
+    import torch
+
+    return torch.cuda.get_device_name() if torch.cuda.is_available() else "none; the CPU is used"
 
 
 def _on_store(report: _Report, store: "Store") -> None:

@@ -408,10 +408,24 @@ def test_doctor_finds_nothing_wrong_with_what_is_whole(tmp_path):
         "every file can be read",
         "of the image width",
         "mass weights",
-        "GPU",
+        "GPU: --deep looks for one",
         "no problems",
     ):
         assert part in result.output
+    deep = RUNNER.invoke(cli.app, ["doctor", str(root), "--workers", "1", "--deep"])
+    assert "GPU: " in deep.output
+    assert "looks for one" not in deep.output
+
+
+def test_doctor_of_the_headers_does_not_load_pytorch(tmp_path):
+    root = write_tiny_dataset(tmp_path / "set", recordings=1, frames=3)
+    program = (
+        "import sys; from corsmal.__main__ import app\n"
+        f"try: app(['doctor', {str(root)!r}, '--workers', '1'])\n"
+        "finally: print('torch' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-2:] == ["no problems", "False"], done.stderr
 
 
 @pytest.mark.usefixtures("blocked_cache")
