@@ -124,7 +124,7 @@ def _on_networks(report: _Report, *, deep: bool) -> None:
             report.note(f"{kind} weights ({weights.origin}): {weights.path}", kind="network")
         except CorsmalError as error:
             report.problem(str(error), kind="network")
-    report.note(f"GPU: {_gpu() if deep else '--deep looks for one'}", kind="network")
+    report.note(f"GPU: {_gpu()}", kind="network")
 
 
 def _openers() -> "dict[Kind, Callable[[Path, Kind], object]]":
@@ -141,9 +141,13 @@ def _openers() -> "dict[Kind, Callable[[Path, Kind], object]]":
 
 
 def _gpu() -> str:
+    from corsmal.engines.local import has_gpu
+
+    if not has_gpu():
+        return "none; the CPU is used"
     import torch
 
-    return torch.cuda.get_device_name() if torch.cuda.is_available() else "none; the CPU is used"
+    return torch.cuda.get_device_name()
 
 
 def _on_store(report: _Report, store: "Store") -> None:

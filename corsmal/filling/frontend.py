@@ -8,7 +8,6 @@ from typing import Literal, get_args
 import numpy as np
 import torch
 from numpy.typing import ArrayLike, NDArray
-from scipy import signal
 from torch import Tensor
 from torchaudio.functional import melscale_fbanks
 
@@ -113,6 +112,8 @@ def log_mel(
     if sample_rate_hz != parameters.sample_rate_hz:
         common = math.gcd(sample_rate_hz, parameters.sample_rate_hz)
         up, down = parameters.sample_rate_hz // common, sample_rate_hz // common
+        from scipy import signal  # noqa: PLC0415 - takes most of a second
+
         samples = signal.resample_poly(samples, up, down, axis=1)
     if parameters.padding == "reflection" and samples.shape[1] < parameters.window:
         least = f"{parameters.window} samples at {parameters.sample_rate_hz} Hz"

@@ -94,8 +94,10 @@ class Block(nn.Module):
         )
         self.dropout = nn.Dropout(config.dropout)
 
-    def forward(self, x: Tensor, padding: Tensor, *, cls_only: bool = False) -> tuple[Tensor, Tensor | None]:
+    def forward(self, x: Tensor, padding: Tensor | None, *, cls_only: bool = False) -> tuple[Tensor, Tensor | None]:
         """One block, from (B, T + 1, features) and ``padding`` (B, T + 1) bool, true on rows that are not attended to.
+
+        None: all are; PyTorch loads half a second of symbolic algebra to check a mask.
 
         With ``cls_only`` only what becomes of the cls embedding is computed. In the last block, which needs no more, a
         training step without it takes 1.5 times as long (8 × 220–600 × 128 features, a CPU with AVX2 only).
@@ -193,11 +195,12 @@ class FillingModel(nn.Module):
         """
         mask = checked_mask(features, mask, channels=self.config.channels, width=self.config.features)
         x = (features - self.feature_mean) / self.feature_std if self.config.standardise else features
-        x = x if mask.all() else x * mask[:, None, :, None]  # zeros beyond the end, as the convolution's own padding
+        is_full = bool(mask.all())
+        x = x if is_full else x * mask[:, None, :, None]  # zeros beyond the end, as the convolution's own padding
         x = self.cnn(x, mask)
         x = torch.cat([self.cls.expand(len(x), 1, -1), x], dim=1)  # (B, T + 1, features)
         x = x + self._positions(x)
-        padding = torch.cat([mask.new_zeros(len(mask), 1), ~mask], dim=1)  # (B, T + 1)
+        padding = None if is_full else torch.cat([mask.new_zeros(len(mask), 1), ~mask], dim=1)  # (B, T + 1)
         for block in self.blocks[:-1]:
             x, _ = block(x, padding)
         x, weights = self.blocks[-1](x, padding, cls_only=True)  # (B, 1, features), (B, 1, T + 1)

@@ -4,6 +4,7 @@ A group holds what stands beside one bare cost, a test whose name begins with ``
 parameters, each stands beside its own. Tests named ``test_plain`` are the same done the obvious way; they are left out.
 """
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from corsmal.dataset import Recording, open_dataset
+from corsmal.engines.processes import cores
 from corsmal.estimation import Fit, container_mask, fit_frame
 from corsmal.parameters import METHOD_VIEWS, PAIRS, SelectionParameters, ShapeParameters
 from corsmal.selection import BestFrame, select_best_frame
@@ -24,6 +26,17 @@ BARE, PLAIN = "bare ", "plain "
 
 
 @dataclass(frozen=True)
+class Goal:
+    """The most that a test may take: a ratio to its bare cost, or seconds where the goal is one of waiting."""
+
+    ratio: float | None = None
+    seconds: float | None = None
+
+    def __str__(self) -> str:
+        return "" if self == Goal() else f"{self.ratio:g} x" if self.ratio else f"{1000 * (self.seconds or 0):g} ms"
+
+
+@dataclass(frozen=True)
 class Measured:
     """The median time of one test."""
 
@@ -31,9 +44,53 @@ class Measured:
     group: str
     case: str | None
     median_s: float
+    goal: Goal = Goal()
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table."""
+
+    ours: Measured
+    bare: Measured
+
+    @property
+    def work(self) -> str:
+        return self.ours.name if self.ours.case is None else f"{self.ours.name}, {self.ours.case}"
+
+    @property
+    def ratio(self) -> float:
+        return self.ours.median_s / self.bare.median_s
+
+    @property
+    def verdict(self) -> str:
+        goal = self.ours.goal
+        if goal == Goal():
+            return ""
+        is_met = self.ratio <= goal.ratio if goal.ratio else self.ours.median_s <= (goal.seconds or 0)
+        return "met" if is_met else "not met"
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        times = (f"{1000 * each.median_s:.2f}" for each in (self.ours, self.bare))
+        return (
+            self.work,
+            self.bare.name.removeprefix(BARE),
+            *times,
+            f"{self.ratio:.2f}",
+            str(self.ours.goal),
+            self.verdict,
+        )
 
 
 MEASURED = pytest.StashKey[list[Measured]]()
+COLUMNS = ("work", "bare cost", "ours, ms", "bare, ms", "ratio", "goal", "")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("benchmarks of corsmal")
+    group.addoption("--long", action="store_true", help="Measure also what takes minutes.")
+    group.addoption("--table", type=Path, help="Write the table to this file, in Markdown.")
 
 
 @pytest.fixture(autouse=True)
@@ -42,33 +99,64 @@ def _compared(benchmark: BenchmarkFixture, request: pytest.FixtureRequest) -> No
     if not benchmark.enabled and request.node.originalname.startswith(("test_bare", "test_plain")):
         benchmark(int)  # else the plugin warns that its fixture was not used
         pytest.skip("nothing is measured")
+    if (
+        benchmark.enabled
+        and request.node.get_closest_marker("long")
+        and not request.config.getoption("--long", default=False)
+    ):
+        benchmark(int)
+        pytest.skip("takes minutes; --long measures it")
 
 
 @pytest.fixture(autouse=True)
-def _noted(benchmark: BenchmarkFixture, request: pytest.FixtureRequest) -> Iterator[None]:
+def _noted(benchmark: BenchmarkFixture, request: pytest.FixtureRequest, _compared: None) -> Iterator[None]:
     yield
     if benchmark.stats is not None:
         words = request.node.originalname.removeprefix("test_").replace("_", " ")
-        measured = Measured(words, benchmark.group, benchmark.param, benchmark.stats.stats.median)
+        marker = request.node.get_closest_marker("goal")
+        goal = Goal(**marker.kwargs) if marker else Goal()
+        measured = Measured(words, benchmark.group, benchmark.param, benchmark.stats.stats.median, goal)
         request.config.stash.setdefault(MEASURED, []).append(measured)
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Print the table, the largest ratio first."""
-    found = config.stash.get(MEASURED, [])
+def rows_of(found: list[Measured]) -> list[Row]:
+    """The lines of the table: those with a goal first, the largest ratio first."""
     bare = {(row.group, row.case): row for row in found if row.name.startswith(BARE)}
     rows = []
     for row in found:
         beside = bare.get((row.group, row.case)) or bare.get((row.group, None))
         if beside is not None and not row.name.startswith((BARE, PLAIN)):
-            name = row.name if row.case is None else f"{row.name}, {row.case}"
-            rows.append((row.median_s / beside.median_s, name, row.median_s, beside))
-    if rows:
-        terminalreporter.section("medians, ms")
-        terminalreporter.line(f"{'stage':<50} {'ours':>9} {'bare':>9} {'ratio':>7}  what the bare cost is")
-    for ratio, name, ours_s, beside in sorted(rows, key=lambda row: -row[0]):
-        times = f"{1000 * ours_s:9.3f} {1000 * beside.median_s:9.3f} {ratio:7.2f}"
-        terminalreporter.line(f"{name:<50} {times}  {beside.name.removeprefix(BARE)}")
+            rows.append(Row(row, beside))
+    return sorted(rows, key=lambda row: (not row.verdict, -row.ratio))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Print the table, and write it where it was asked for."""
+    rows = rows_of(config.stash.get(MEASURED, []))
+    if not rows:
+        return
+    lines = [COLUMNS, *(row.cells for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    terminalreporter.section(f"medians on {machine()}")
+    for line in lines:
+        terminalreporter.line("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
+    path = config.getoption("--table", default=None)
+    if path is not None:
+        ruled = [COLUMNS, ("---",) * len(COLUMNS), *lines[1:]]
+        table = "\n".join(f"| {' | '.join(cells)} |" for cells in ruled)
+        path.write_text(f"Medians on {machine()}.\n\n{table}\n", encoding="utf-8")
+
+
+def machine() -> str:
+    """The processor, its instructions, cores and load."""
+    import torch  # noqa: PLC0415 - only where something was measured
+
+    described = Path("/proc/cpuinfo").read_text(encoding="utf-8") if Path("/proc/cpuinfo").exists() else ""
+    name = next(
+        (line.split(": ", 1)[1] for line in described.splitlines() if line.startswith("model name")), "a processor"
+    )
+    load = f", load {os.getloadavg()[0]:.1f} at the end" if hasattr(os, "getloadavg") else ""
+    return f"{name}, {torch.backends.cpu.get_cpu_capability()}, {cores()} cores{load}"
 
 
 @dataclass(frozen=True)

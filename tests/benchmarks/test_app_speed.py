@@ -57,6 +57,7 @@ def shapes() -> Callable[[], ShapeParameters]:
 
 @slider
 @pytest.mark.usefixtures("server")
+@pytest.mark.goal(seconds=0.03)
 def test_slider_step(benchmark: BenchmarkFixture, recording: Recording, shapes) -> None:
     """What the server does when L is dragged on the Shape page: the fit, the figures, and what is sent of the page."""
     visitor = Visitor(root_of(recording)).open("shape")

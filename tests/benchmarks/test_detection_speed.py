@@ -80,6 +80,8 @@ def opened_until_found(root: Path) -> None:
 
 
 @by_itself
+@pytest.mark.goal(ratio=1.5)
+@pytest.mark.long
 def test_open_to_best_frame_with_processes_started_before(
     benchmark: BenchmarkFixture, uninspected: Path, fresh: Callable[[], Path]
 ) -> None:
@@ -89,6 +91,7 @@ def test_open_to_best_frame_with_processes_started_before(
 
 
 @by_itself
+@pytest.mark.long
 def test_bare_forward_passes(benchmark: BenchmarkFixture, uninspected: Path, fresh: Callable[[], Path]) -> None:
     store = Store(fresh())
     opened_until_found(uninspected)

@@ -36,6 +36,7 @@ def forward(detector, images):
 
 
 @one_frame
+@pytest.mark.goal(ratio=1.15)
 def test_detect_in_one_frame_of_640x360(benchmark, detector, image):
     assert benchmark(detector.detect, [image])
 
@@ -55,6 +56,7 @@ def bare_recording(tmp_path_factory):
 
 
 @one_recording
+@pytest.mark.goal(ratio=1.15)
 def test_detect_in_48_frames_and_keep_it(benchmark, detector, bare_recording, tmp_path):
     """With decoding, from coarse to fine, and what is stored on the way."""
     numbers = itertools.count()

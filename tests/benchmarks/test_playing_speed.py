@@ -70,6 +70,8 @@ def opened_until_found(page: Page) -> None:
         page.wait_for_function(HAS_ENDED)
 
 
+@pytest.mark.goal(ratio=1.5)
+@pytest.mark.long
 def test_open_to_best_frame_while_the_time_line_plays(
     benchmark: BenchmarkFixture, request: pytest.FixtureRequest
 ) -> None:
@@ -77,6 +79,7 @@ def test_open_to_best_frame_while_the_time_line_plays(
     benchmark.pedantic(opened_until_found, args=(request.getfixturevalue("page"),), rounds=1)
 
 
+@pytest.mark.long
 def test_bare_forward_passes(benchmark: BenchmarkFixture, request: pytest.FixtureRequest, folder: Path) -> None:
     skip_unmeasured(benchmark)
     request.getfixturevalue("page")  # it has searched all of them

@@ -74,6 +74,7 @@ def kept(many, store):
 
 
 @reading_kept
+@pytest.mark.goal(ratio=5)
 def test_read_3000_kept_detections(benchmark, many, store):
     path = kept(many, store)
     assert len(benchmark(store.read, path, partial(read_parquet, is_own=True))) == FRAMES
@@ -97,12 +98,14 @@ def test_bare_writing_of_the_table_by_pyarrow(benchmark, many, store, tmp_path):
 
 
 @scoring
+@pytest.mark.goal(ratio=5)
 def test_view_scores_of_all_frames(benchmark, opened):
     scores = benchmark(score_frames, opened.found.views, pair=PAIR, centre_rule=opened.best.centre_rule)
     assert any(score.total for score in scores)
 
 
 @scoring
+@pytest.mark.goal(ratio=5)
 def test_select_the_best_frame(benchmark, opened):
     assert benchmark(select_best_frame, opened.found.views, pair=PAIR).ok
 

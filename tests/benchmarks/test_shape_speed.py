@@ -23,7 +23,15 @@ measuring = pytest.mark.benchmark(group="measure", max_time=0.3)
 
 
 @fitting
-@pytest.mark.parametrize("preset", ["paper", "released", "lode", "tuned"])
+@pytest.mark.parametrize(
+    "preset",
+    [
+        pytest.param("paper", marks=pytest.mark.goal(seconds=0.002)),
+        "released",
+        pytest.param("lode", marks=pytest.mark.goal(seconds=0.003)),
+        "tuned",
+    ],
+)
 def test_fit_two_masks_of_1280x720(benchmark, views, preset):
     parameters = getattr(ShapeParameters, preset)()
     assert benchmark(fit_hull, *views, parameters).converged.any()

@@ -408,15 +408,13 @@ def test_doctor_finds_nothing_wrong_with_what_is_whole(tmp_path):
         "every file can be read",
         "of the image width",
         "mass weights",
-        "GPU: --deep looks for one",
+        "GPU: ",
         "no problems",
     ):
         assert part in result.output
-    deep = RUNNER.invoke(cli.app, ["doctor", str(root), "--workers", "1", "--deep"])
-    assert "GPU: " in deep.output
-    assert "looks for one" not in deep.output
 
 
+@pytest.mark.skipif(any(Path(device).exists() for device in local.GPU_DEVICES), reason="PyTorch is asked for its GPU")
 def test_doctor_of_the_headers_does_not_load_pytorch(tmp_path):
     root = write_tiny_dataset(tmp_path / "set", recordings=1, frames=3)
     program = (
