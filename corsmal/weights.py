@@ -1,19 +1,16 @@
 """Networks in files: which file is used, what it was trained on, reading and writing it, and the device it runs on."""
 
-import contextlib
 import hashlib
 import json
-import logging
 import os
-import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from corsmal.errors import ArgumentError, FileError
 from corsmal.files import check_plain_file, writing
-from corsmal.state_dicts import READING_ERRORS, is_state_dict
+from corsmal.state_dicts import is_state_dict
 
 if TYPE_CHECKING:
     import torch
@@ -244,36 +241,3 @@ def choose_device(name: str | None = None, *, prefer_gpu: bool = False) -> "torc
     except (RuntimeError, AssertionError) as error:
         raise ArgumentError(f"device {name!r} cannot be used: {str(error).splitlines()[0]}") from error
     return device
-
-
-def read_checkpoint(path: Path) -> dict[str, Any] | None:
-    """A training's checkpoint, without pickled code; None where there is none.
-
-    Raises:
-        FileError: the file is none.
-    """
-    import torch  # noqa: PLC0415 - as above
-
-    try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-        content["state_dict"], content["epoch"], content["global_step"], content["callbacks"]
-    except FileNotFoundError:
-        return None
-    except READING_ERRORS as error:
-        raise FileError(path, "is not a checkpoint of this training; delete it to begin again") from error
-    return dict(content)
-
-
-@contextlib.contextmanager
-def quiet_lightning() -> Iterator[None]:
-    """Suppress what Lightning reports at every start: accelerators, other products, resumed runs, its own old calls."""
-    logger = logging.getLogger("lightning.pytorch")
-    level = logger.level
-    logger.setLevel(logging.WARNING)
-    try:
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", message="Checkpoint directory .* exists and is not empty")
-            warnings.filterwarnings("ignore", message=".*isinstance.treespec, LeafSpec")  # its own call of PyTorch
-            yield
-    finally:
-        logger.setLevel(level)

@@ -20,7 +20,7 @@ LINES_MAX = 260
 FLOORS = (
     ("errors", "fields"),
     ("digests", "files", "notes", "state_dicts", "notebook", "installation"),
-    ("weights", "store", "geometry", "quantities", "parameters"),
+    ("weights", "checkpoints", "store", "geometry", "quantities", "parameters"),
     ("dataset",),
     ("detection",),
     ("selection", "shape", "mass", "filling", "by_hand"),

@@ -5,6 +5,7 @@ from torch import nn
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
+from corsmal.checkpoints import read_checkpoint
 from corsmal.dataset import TrainedOn
 from corsmal.detection import SmallDetector
 from corsmal.errors import ArgumentError, FileError
@@ -20,7 +21,6 @@ from corsmal.weights import (
     choose_device,
     file_sha256,
     find_weights,
-    read_checkpoint,
     read_network,
     read_training,
     save_network,

@@ -10,6 +10,7 @@ import torch
 from lightning.pytorch.callbacks import Callback
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 
+from corsmal.checkpoints import quiet_lightning, read_checkpoint
 from corsmal.errors import FileError
 from corsmal.files import writing
 from corsmal.filling.files import read_filling, save_filling
@@ -17,7 +18,6 @@ from corsmal.filling.module import FillingModule, stream
 from corsmal.filling.network import AnyModel
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import FillingSample
-from corsmal.weights import quiet_lightning, read_checkpoint
 
 LOSS_FLOOR = 0.15
 """Of either loss in rule (1)."""

@@ -13,13 +13,13 @@ from lightning.pytorch.loggers import CSVLogger
 from torch import Tensor
 from torch.nn import functional
 
+from corsmal.checkpoints import quiet_lightning, read_checkpoint
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError, FileError
 from corsmal.mass.files import save_mass
 from corsmal.mass.network import MassConfig, MassModel
 from corsmal.mass.records import MassRow
 from corsmal.mass.samples import Batch, Batches, MassSamples, held_out
-from corsmal.weights import quiet_lightning, read_checkpoint
 
 LOSS = "validation_loss"
 

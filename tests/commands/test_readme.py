@@ -87,6 +87,8 @@ SITE_OTHERS = {
     "python -m dask scheduler",
     "python -m dask worker tcp://10.0.0.5:8786 --nworkers 8 --nthreads 1",
     "export CORSMAL_CACHE=/shared/cache",
+    "python -m pytest tests/benchmarks --benchmark-only",
+    "python -m pytest tests/benchmarks --benchmark-only --long --table docs/speed-table.md",
     "docker build -t corsmal .",
     "docker run -p 127.0.0.1:8501:8501 -v /data/corsmal:/data:ro -v corsmal-cache:/cache corsmal",
 }

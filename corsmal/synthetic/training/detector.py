@@ -14,11 +14,11 @@ from torch import Tensor
 from torch.utils.data import DataLoader
 from torchvision.models.detection import MaskRCNN
 
+from corsmal.checkpoints import quiet_lightning, read_checkpoint
 from corsmal.detection.small import SmallMaskRCNN, read_detector, save_detector
 from corsmal.engines.lifeline import end_with
 from corsmal.errors import FileError
 from corsmal.synthetic.training.frames import DetectorTraining, RenderedFrames, Target
-from corsmal.weights import quiet_lightning, read_checkpoint
 
 
 class DetectorModule(lightning.LightningModule):
