@@ -25,7 +25,7 @@ PANELS = {each.metric: METRIC_NAMES[each.metric] for each in sorted(QUANTITIES, 
 """First the errors, then level and type."""
 
 ROW_PX, HEAD_PX = 56, 38
-TILE_PX = 136
+TILE_PX = 108
 OVERALL = "overall"
 
 
@@ -80,7 +80,7 @@ def _averages(cells: pd.DataFrame) -> dict[str, float]:
 
 
 def _tiles(headlines: tuple[Headline, ...], *, is_alike: bool) -> None:
-    with st.container(horizontal=True, gap="small", key="summary_tiles"):
+    with st.container(horizontal=True, gap="xsmall", key="summary_tiles"):
         for each in headlines:
             if each.group == "coverage" and each.name != ALL:
                 continue
@@ -88,7 +88,7 @@ def _tiles(headlines: tuple[Headline, ...], *, is_alike: bool) -> None:
             label = METRIC_NAMES[each.name] if each.group == "MAPE" else label
             if each.group in ("MAPE", "MPF1"):
                 label = f"{label} {'↓' if each.is_lower_better else '↑'}"
-            with st.container(border=True, width=TILE_PX, gap=None):
+            with st.container(border=True, width=TILE_PX, height="stretch", gap=None):
                 st.metric(label, "–" if each.value is None else f"{each.value:.1f} %")
                 st.caption(_compared(each, is_alike=is_alike))
 
