@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from corsmal.dataset import Dataset, Recording
-from corsmal.engines.engine import never
+from corsmal.engines.engine import Engine, Row, completed_rows, in_turn, never
 from corsmal.errors import ArgumentError, CorsmalError
 from corsmal.estimation import Fit, estimate, fit_frame
 from corsmal.parameters import CentreRule, SelectionParameters, ShapeParameters
@@ -72,6 +73,26 @@ class Grid:
         return [{self.across.name: x, self.down.name: y} for x in self.across.values for y in self.down.values]
 
 
+@dataclass(frozen=True)
+class SweepTask:
+    """Measuring a recording with each of many parameters.
+
+    Args:
+        cache: folder of the store.
+        shapes: the parameters.
+        selection: the rules for the frames.
+    """
+
+    cache: Path
+    shapes: tuple[ShapeParameters, ...]
+    selection: SelectionParameters
+
+    def __call__(self, recording: Recording) -> Row:
+        """The recording's ``values``: the four quantities with each parameters; None where they cannot be measured."""
+        values = _recording_values(recording, self.shapes, self.selection, Store(self.cache))
+        return {"recording_id": recording.id, "values": values}
+
+
 def run_grid(run: Run, recordings: Sequence[str], across: Axis, down: Axis) -> Grid:
     """A grid that holds the run's own setting too, with which the others are compared.
 
@@ -95,6 +116,7 @@ def sweep_run(
     grid: Grid,
     *,
     store: Store,
+    engine: Engine = in_turn,
     progress: Callable[[int, int], None] | None = None,
     cancelled: Callable[[], bool] = never,
 ) -> list[dict[str, Any]]:
@@ -110,21 +132,24 @@ def sweep_run(
     Raises:
         ArgumentError: the grid holds a value that cannot be.
         NotFoundError: the dataset lacks a recording.
+        CorsmalError: the engine failed.
     """
-    shapes, selection = [with_setting(run.settings.shape, setting) for setting in grid.settings], run.settings.selection
+    shapes = tuple(with_setting(run.settings.shape, setting) for setting in grid.settings)
     matched = dataset.matched(run.settings.matching, masks=run.settings.masks)
-    rows: list[dict[str, Any]] = []
-    for done, name in enumerate(grid.recordings):
-        if progress is not None:
-            progress(done, len(grid.recordings))
-        if cancelled():
-            return rows
-        measured = _recording_values(matched[name], shapes, selection, store)
-        rows += [
-            {"recording_id": name, **setting, **(values or dict.fromkeys(GEOMETRY))}
-            for setting, values in zip(grid.settings, measured, strict=True)
-        ]
-    store.save_json(KIND, _run_key(run, grid), {"rows": rows})
+    recordings = [matched[name] for name in grid.recordings]
+    task = SweepTask(store.root.resolve(), shapes, run.settings.selection)
+    measured = {
+        row["recording_id"]: row.get("values", [None] * len(shapes))
+        for row in completed_rows(task, recordings, engine=engine, progress=progress, cancelled=cancelled)
+    }
+    rows: list[dict[str, Any]] = [
+        {"recording_id": name, **setting, **(values or dict.fromkeys(GEOMETRY))}
+        for name in grid.recordings
+        if name in measured
+        for setting, values in zip(grid.settings, measured[name], strict=True)
+    ]
+    if len(measured) == len(set(grid.recordings)):
+        store.save_json(KIND, _run_key(run, grid), {"rows": rows})
     return rows
 
 

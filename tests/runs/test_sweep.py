@@ -1,7 +1,9 @@
+import pickle
 from dataclasses import replace
 
 import pytest
 
+from corsmal.engines.engine import attempt
 from corsmal.errors import ArgumentError
 from corsmal.estimation import estimate
 from corsmal.parameters import ShapeParameters
@@ -9,6 +11,7 @@ from corsmal.quantities import GEOMETRY
 from corsmal.runs import make_run
 from corsmal.runs import sweep as sweeping
 from corsmal.runs.sweep import Axis, Grid, load_sweep, run_grid, sweep_run
+from corsmal.store import Store
 
 IDS = ("000000", "000001", "000002")
 COUNTS, STEPS_MM = Axis("circumferences", (20, 60)), Axis("max_difference_mm", (0.0, 0.4, 1.0, 5.0))
@@ -101,6 +104,16 @@ def test_another_version_of_the_method_measures_anew(run, dataset, store, fits, 
     monkeypatch.setattr(sweeping, "METHOD_VERSION", sweeping.METHOD_VERSION + 1)
     sweep_run(run, dataset, GRID, store=store)
     assert len(fits) == 2 * count
+
+
+def test_an_engine_measures_in_whatever_order_and_elsewhere(run, dataset, store, tmp_path):
+    def backwards(task, recordings, *, cancelled):
+        task = pickle.loads(pickle.dumps(task))
+        for index in reversed(range(len(recordings))):
+            yield attempt(task, index, recordings[index])
+
+    expected = sweep_run(run, dataset, GRID, store=store)
+    assert sweep_run(run, dataset, GRID, store=Store(tmp_path / "other"), engine=backwards) == expected
 
 
 def test_progress_is_reported_and_stopping_keeps_what_was_done(run, dataset, store, fits):

@@ -4,6 +4,7 @@ from typing import Any
 
 import streamlit as st
 
+from corsmal.engines.local import local_engine
 from corsmal.evaluation.bootstrap import RESAMPLES
 from corsmal.evaluation.sweep import MEAN, MEASURED
 from corsmal.figures.heatmaps import sweep_figure
@@ -49,7 +50,15 @@ def sweep_section(judged: Judged) -> None:
         store = shared.store()
 
         def work(job: Job) -> None:
-            sweep_run(run, dataset, grid, store=store, progress=job.advance, cancelled=job.cancelled)
+            sweep_run(
+                run,
+                dataset,
+                grid,
+                store=store,
+                engine=local_engine(len(ids), gives_way=True),
+                progress=job.advance,
+                cancelled=job.cancelled,
+            )
 
         shared.jobs().start(key, "Sweeping", work, priority=Priority.SHOWN)
         st.rerun()
