@@ -107,7 +107,7 @@ def test_another_version_of_the_method_measures_anew(run, dataset, store, fits, 
 
 
 def test_an_engine_measures_in_whatever_order_and_elsewhere(run, dataset, store, tmp_path):
-    def backwards(task, recordings, *, cancelled):
+    def backwards(task, recordings, **_):
         task = pickle.loads(pickle.dumps(task))
         for index in reversed(range(len(recordings))):
             yield attempt(task, index, recordings[index])
