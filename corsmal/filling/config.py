@@ -164,7 +164,7 @@ class RecurrentConfig:
 
 @dataclass(frozen=True)
 class PooledConfig:
-    """Sizes of the network on statistics over time and how its answer is read.
+    """Sizes of the network on changes over time and how its answer is read.
 
     Args:
         channels: C, views.

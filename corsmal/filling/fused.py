@@ -8,7 +8,7 @@ from typing import Any
 from torch import Tensor, nn
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.config import MODELS_MAX, AnyConfig, check_together
+from corsmal.filling.config import MODELS_MAX, AnyConfig, PooledConfig, check_together
 from corsmal.filling.fusion import Answer, FusionGate, Sense
 from corsmal.filling.network import build_model, config_of, mean_logits
 from corsmal.state_dicts import is_state_dict
@@ -21,7 +21,7 @@ class FusedConfig:
 
     Args:
         sound: a config per network of sound.
-        sight: a config per network of sight; together at most ``MODELS_MAX``.
+        sight: a config per network of sight, which recognises the container's kind; together at most ``MODELS_MAX``.
 
     Raises:
         ArgumentError: there are too many, or those of one sense do not belong together.
@@ -33,6 +33,8 @@ class FusedConfig:
     def __post_init__(self) -> None:
         for configs in (self.sound, self.sight):
             check_together(configs)
+        if not all(isinstance(config, PooledConfig) for config in self.sight):
+            raise ArgumentError(f"sight must have networks that recognise the container's kind, got {self.sight}")
         if len(self.sound) + len(self.sight) > MODELS_MAX:
             raise ArgumentError(f"sound and sight must have at most {MODELS_MAX} networks together, got {self}")
 
@@ -66,8 +68,9 @@ class FusedModel(nn.Module):
 
     def answer(self, sense: Sense, features: Tensor) -> Answer:
         """What the networks of one sense say about features as in ``forward``."""
-        types, levels = zip(*(model(features) for model in getattr(self, sense)), strict=True)
-        return mean_logits(types).log_softmax(dim=1), mean_logits(levels).log_softmax(dim=1)
+        networks = getattr(self, sense)
+        heads = zip(*(model.seen(features) if sense == "sight" else model(features) for model in networks), strict=True)
+        return Answer(*(mean_logits(logits).log_softmax(dim=1) for logits in heads))
 
 
 def save_fused(path: Path, model: FusedModel, *, training: Mapping[str, Any] | None = None) -> None:

@@ -88,6 +88,7 @@ class FusedPredictor:
             sound=self._alone(heard, None),
             sight=self._alone(None, seen),
             sight_share=float(share[0]),
+            kind_probabilities=None if seen is None or seen.kinds is None else _numbers(seen.kinds.exp()),
         )
 
     def predict_sample(self, sample: FillingSample) -> FusedPrediction:

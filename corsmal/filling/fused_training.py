@@ -11,7 +11,7 @@ import torch
 
 from corsmal.dataset import TrainedOn
 from corsmal.errors import ArgumentError
-from corsmal.filling.config import FrontEnd, PooledConfig, RecurrentConfig
+from corsmal.filling.config import FillingConfig, FrontEnd, PooledConfig, RecurrentConfig
 from corsmal.filling.files import read_filling
 from corsmal.filling.folds import spread_folds
 from corsmal.filling.fused import FusedConfig, FusedModel, read_fused, save_fused
@@ -25,9 +25,13 @@ INNER_FOLDS = 3
 """Folds of containers that the gate is learned from."""
 
 
-def _sound() -> FillingTraining:
-    networks = (RecurrentConfig(),) * 4
-    return FillingTraining(networks, passes="joint", keep="last", epochs=40, batch=32, rate=2e-3, schedule="cosine")
+def _sound() -> tuple[FillingTraining, ...]:
+    joint = FillingTraining(passes="joint", keep="last", schedule="cosine")
+    encoders = tuple(FillingConfig.tuned(standardise=index % 2 == 1) for index in range(2))
+    return (
+        replace(joint, networks=encoders, epochs=30, rate=1e-3),
+        replace(joint, networks=(RecurrentConfig(),) * 2, epochs=40, batch=32, rate=2e-3),
+    )
 
 
 def _sight() -> FillingTraining:
@@ -42,47 +46,52 @@ class FusedTraining:
     """How the fused network is trained.
 
     Args:
-        sound: how the networks of sound are trained; they keep the last epoch.
+        sound: how the networks of sound are trained, groups that have settings of their own; they keep the last epoch.
         sight: likewise, those of sight.
-        inner: networks of each sense in a fold that the gate is learned from.
+        inner: networks of each group, and of sight, in a fold that the gate is learned from.
 
     Raises:
         ArgumentError: the networks are too many, or an epoch would be chosen, for which there are no recordings left.
     """
 
-    sound: FillingTraining = field(default_factory=_sound)
+    sound: tuple[FillingTraining, ...] = field(default_factory=_sound)
     sight: FillingTraining = field(default_factory=_sight)
     inner: int = 1
 
     def __post_init__(self) -> None:
-        FusedConfig(self.sound.networks, self.sight.networks)
-        if "best" in (self.sound.keep, self.sight.keep):
+        networks = tuple(config for group in self.sound for config in group.networks)
+        FusedConfig(networks, self.sight.networks)
+        groups = self.groups.values()
+        if any(group.keep == "best" for group in groups):
             raise ArgumentError("sound and sight must keep the last epoch, got one that keeps the best")
-        if not 1 <= self.inner <= min(len(self.sound.networks), len(self.sight.networks)):
-            raise ArgumentError(f"inner must be 1 or more networks, at most those of each sense, got {self.inner}")
+        if not 1 <= self.inner <= min(len(group.networks) for group in groups):
+            raise ArgumentError(f"inner must be 1 or more networks, at most those of each group, got {self.inner}")
+
+    @property
+    def groups(self) -> dict[str, FillingTraining]:
+        """What is trained in a folder of its own, by its name, which begins with that of the sense."""
+        return {f"sound{number}": group for number, group in enumerate(self.sound)} | {"sight": self.sight}
 
     @property
     def front_end(self) -> FrontEnd:
         """How sound becomes the features that the networks are trained on."""
-        return self.sound.front_end
+        return self.sound[0].front_end
 
     @property
     def keep(self) -> Keep:
         """Which epoch's weights are kept."""
         return "last"
 
-    def of(self, sense: Sense) -> FillingTraining:
-        """How the networks of a sense are trained."""
-        return self.sound if sense == "sound" else self.sight
-
     def lasting(self, epochs: int) -> "FusedTraining":
         """With that many epochs for both senses."""
-        return replace(self, sound=replace(self.sound, epochs=epochs), sight=replace(self.sight, epochs=epochs))
+        return self._each(lambda group: replace(group, epochs=epochs))
 
     def shortened(self) -> "FusedTraining":
         """With the networks of an inner fold only."""
-        sound, sight = (replace(self.of(sense), networks=self.of(sense).networks[: self.inner]) for sense in SENSES)
-        return replace(self, sound=sound, sight=sight)
+        return self._each(lambda group: replace(group, networks=group.networks[: self.inner]))
+
+    def _each(self, change: Callable[[FillingTraining], FillingTraining]) -> "FusedTraining":
+        return replace(self, sound=tuple(map(change, self.sound)), sight=change(self.sight))
 
 
 def train_fused(
@@ -124,7 +133,7 @@ def train_fused(
         read_fused(path)
         return path
     folds = inner_folds(both)
-    jobs = len(folds) * training.inner + len(training.sound.networks)
+    jobs = len(folds) * training.inner + sum(len(group.networks) for group in training.sound)
     fit = partial(_fit, seed=seed)
     answers: list[tuple[Answer, Answer]] = []
     for done, held in enumerate(folds):
@@ -178,22 +187,19 @@ def _fit(
     progress: Callable[[float], None] | None,
 ) -> FusedModel:
     """The networks of both senses, the gate still untrained."""
-    given: dict[Sense, list[FillingSample]] = {
-        "sound": [replace(sample, sight=None) for sample in samples],
-        "sight": seen(samples),
-    }
-    models: dict[Sense, list[AnyModel]] = {}
-    for done, sense in enumerate(SENSES):
+    heard = [replace(sample, sight=None) for sample in samples]
+    models: dict[Sense, list[AnyModel]] = {"sound": [], "sight": []}
+    for done, (name, group) in enumerate(training.groups.items()):
+        sense: Sense = "sight" if name == "sight" else "sound"
         path = train_filling(
-            folder / sense,
-            given[sense],
-            preset=training.of(sense),
+            folder / name,
+            heard if sense == "sound" else seen(samples),
+            preset=group,
             seed=seed,
-            progress=part_of(progress, done, len(SENSES)),
+            progress=part_of(progress, done, len(training.groups)),
         )
-        models[sense] = read_filling(path)
-    sizes = FusedConfig(*(tuple(model.config for model in models[sense]) for sense in SENSES))
-    fused = FusedModel(sizes)
+        models[sense] += read_filling(path)
+    fused = FusedModel(FusedConfig(*(tuple(model.config for model in models[sense]) for sense in SENSES)))
     for sense in SENSES:
         for own, trained in zip(getattr(fused, sense), models[sense], strict=True):
             own.load_state_dict(trained.state_dict())
@@ -215,12 +221,14 @@ def _answers(model: FusedModel, sample: FillingSample) -> tuple[Answer, Answer]:
 
 
 def _learn_gate(model: FusedModel, answers: Sequence[tuple[Answer, Answer]], samples: Sequence[FillingSample]) -> None:
-    sound, sight = (
-        (torch.cat([pair[sense][0] for pair in answers]), torch.cat([pair[sense][1] for pair in answers]))
-        for sense in (0, 1)
-    )
+    sound, sight = (_joined([pair[sense] for pair in answers]) for sense in (0, 1))
     types = torch.tensor([sample.filling_type for sample in samples])
     model.gate.learn(sound, sight, types=types, levels=torch.tensor([sample.filling_level for sample in samples]))
+
+
+def _joined(answers: Sequence[Answer]) -> Answer:
+    heads = zip(*(tuple(part for part in answer if part is not None) for answer in answers), strict=True)
+    return Answer(*map(torch.cat, heads))
 
 
 def _span(progress: Callable[[float], None] | None, start: float, end: float) -> Callable[[float], None] | None:

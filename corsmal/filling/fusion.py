@@ -1,22 +1,23 @@
 """When to trust which sense: a gate between what networks of sound and of sight say, and calibrated probabilities.
 
 Both senses give probabilities of type and level. The logarithms of the level's are mixed: the gate gives sight a share,
-which follows from what both senses say and how sure they are. The type is sound's where there is sound: within the
-training containers of the winners' folds a share of sight in it made it worse. A temperature, of each head with both
-senses or with one of them only, makes the probabilities mean what they say. Gate and temperatures are learned from
-recordings of containers that the networks had not seen, see ``train_fused``.
+which follows from the kind of container that sight recognises, because a level can be seen in a glass and not in a box.
+Within the training containers of the winners' folds a gate that was also given what both senses say of the filling knew
+the level no better. The type is sound's where there is sound: there, too, a share of sight in it made it worse. A
+temperature, of each head with both senses or with one of them only, makes the probabilities mean what they say. Gate
+and temperatures are learned from recordings of containers that the networks had not seen, see ``train_fused``.
 """
 
 from collections.abc import Callable, Iterable
 from functools import partial
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
+from corsmal.filling.records import KINDS
 
 Sense = Literal["sound", "sight"]
 SENSES: tuple[Sense, ...] = ("sound", "sight")
@@ -27,13 +28,21 @@ CASES = (*SENSES, "both")
 PENALTY = 0.01
 """On the squared weights of the gate: it learns from hundreds of recordings, of few containers."""
 
-Answer = tuple[Tensor, Tensor]
-"""Logarithms of one sense's probabilities: (B, 4) types and (B, 3) levels."""
-
-INPUTS = 2 * (len(TYPE_NAMES) + len(LEVEL_NAMES) + 2)
-"""Of the gate: the probabilities of both heads of both senses, and their entropies."""
-
 STEPS_MAX = 200
+
+
+class Answer(NamedTuple):
+    """Logarithms of one sense's probabilities.
+
+    Args:
+        types: (B, 4) of the filling's types.
+        levels: (B, 3) of its levels.
+        kinds: (B, 3) of the container's kinds, which sight recognises.
+    """
+
+    types: Tensor
+    levels: Tensor
+    kinds: Tensor | None = None
 
 
 class FusionGate(nn.Module):
@@ -41,7 +50,8 @@ class FusionGate(nn.Module):
 
     Example:
         >>> gate = FusionGate()
-        >>> sound = sight = (torch.rand(2, 4).log_softmax(dim=1), torch.rand(2, 3).log_softmax(dim=1))
+        >>> shares = [torch.rand(2, classes).log_softmax(dim=1) for classes in (4, 3, 3)]
+        >>> sound, sight = Answer(*shares[:2]), Answer(*shares)
         >>> types, levels, share = gate(sound, sight)
         >>> types.shape, levels.shape, share.shape
         (torch.Size([2, 4]), torch.Size([2, 3]), torch.Size([2]))
@@ -52,9 +62,9 @@ class FusionGate(nn.Module):
 
     def __init__(self) -> None:
         super().__init__()
-        self.register_buffer("input_mean", torch.zeros(INPUTS))
-        self.register_buffer("input_std", torch.ones(INPUTS))
-        self.share = nn.Linear(INPUTS, 1)
+        self.register_buffer("input_mean", torch.zeros(len(KINDS)))
+        self.register_buffer("input_std", torch.ones(len(KINDS)))
+        self.share = nn.Linear(len(KINDS), 1)
         self.log_temperatures = nn.Parameter(torch.zeros(len(CASES), 2))
         nn.init.zeros_(self.share.weight)
         nn.init.zeros_(self.share.bias)
@@ -68,16 +78,16 @@ class FusionGate(nn.Module):
             (B, 4) and (B, 3) logits, and (B,) the share of sight in the level; 0 or 1 where a sense is missing.
 
         Raises:
-            ArgumentError: both senses are missing.
+            ArgumentError: both senses are missing, or sight does not say the container's kind.
         """
         if sound is not None and sight is not None:
             case = "both"
-            share = self.share((_inputs(sound, sight) - self.input_mean) / self.input_std).sigmoid()  # (B, 1)
-            types, levels = sound[0], torch.lerp(sound[1], sight[1], share)
+            share = self.share((_kinds(sight) - self.input_mean) / self.input_std).sigmoid()  # (B, 1)
+            types, levels = sound.types, torch.lerp(sound.levels, sight.levels, share)
             share = share[:, 0]
         elif (own := sound or sight) is not None:
             case = "sight" if sound is None else "sound"
-            types, levels = own
+            types, levels, _ = own
             share = torch.full((len(types),), float(sound is None))
         else:
             raise ArgumentError("sound or sight must be given, got neither")
@@ -95,7 +105,7 @@ class FusionGate(nn.Module):
             types: (B,) true types.
             levels: (B,) true levels.
         """
-        inputs = _inputs(sound, sight)
+        inputs = _kinds(sight)
         self.input_mean.copy_(inputs.mean(dim=0))
         self.input_std.copy_(inputs.std(dim=0).clamp_min(1e-3))
         given = ((sound, None), (None, sight), (sound, sight))
@@ -125,8 +135,8 @@ def _minimise(loss: Callable[[], Tensor], parameters: Iterable[nn.Parameter]) ->
     optimiser.step(step)
 
 
-def _inputs(sound: Answer, sight: Answer) -> Tensor:
-    """(B, ``INPUTS``) probabilities and entropies."""
-    heads = [*sound, *sight]
-    entropies = [-(head.exp() * head).sum(dim=1, keepdim=True) for head in heads]
-    return torch.cat([*(head.exp() for head in heads), *entropies], dim=1)
+def _kinds(sight: Answer) -> Tensor:
+    """(B, 3) probabilities of the container's kinds."""
+    if sight.kinds is None:
+        raise ArgumentError("sight must say the container's kind, got none")
+    return sight.kinds.exp()

@@ -10,6 +10,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from corsmal.filling.network import build_model
+from corsmal.filling.pooled import PooledModel
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import Batch, Batches, FillingSample
 
@@ -66,7 +67,9 @@ class FillingModule(lightning.LightningModule):
             self.log(f"validation_{task}_loss", loss, batch_size=len(batch.types))
 
     def _losses(self, batch: Batch) -> dict[str, Tensor]:
-        """The mean cross-entropies over the batch's recordings."""
+        """The mean cross-entropies over the batch's recordings; for sight see ``PooledModel.losses``."""
+        if isinstance(self.network, PooledModel):
+            return self.network.losses(batch)
         types, levels = self.network(batch.features, batch.mask)
         return {
             "level": functional.cross_entropy(levels, batch.levels),

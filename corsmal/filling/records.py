@@ -6,7 +6,7 @@ from typing import Literal, Protocol, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from corsmal.dataset.annotation import FILLINGS, LEVELS
+from corsmal.dataset.annotation import FILLINGS, LEVELS, Kind
 from corsmal.errors import ArgumentError, check_choice
 
 TYPE_NAMES = FILLINGS
@@ -14,6 +14,9 @@ TYPE_NAMES = FILLINGS
 
 LEVEL_NAMES = LEVELS
 """Names of the filling levels 0 to 2, in the order of the level logits."""
+
+KINDS: tuple[Kind, ...] = get_args(Kind)
+"""Kinds of containers, in the order in which sight tells them apart."""
 
 NAMES = {"filling_type": TYPE_NAMES, "filling_level": LEVEL_NAMES}
 """The classes' names by the annotation's column."""
@@ -144,11 +147,13 @@ class FusedPrediction(FillingPrediction):
         sound: what sound alone says; None: it is missing.
         sight: what sight alone says; None: it is missing.
         sight_share: of sight in the level, 0..1; 0 or 1 where a sense is missing.
+        kind_probabilities: (3,) of the container's ``KINDS``, as sight recognises it; None: sight is missing.
     """
 
     sound: FillingPrediction | None = None
     sight: FillingPrediction | None = None
     sight_share: float = 0.0
+    kind_probabilities: NDArray[np.float64] | None = None
 
 
 class PredictsFilling(Protocol):

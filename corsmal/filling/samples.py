@@ -10,11 +10,15 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from corsmal.dataset.annotation import CONTAINERS
 from corsmal.errors import ArgumentError
-from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
+from corsmal.filling.records import KINDS, LEVEL_NAMES, TYPE_NAMES
 
 Task = Literal["type", "level", "both"]
 """What a pass over the recordings trains."""
+
+UNKNOWN = -1
+"""Stands for a container's kind that is not known."""
 
 CROP_START_MAX, CROP_END_MIN = 0.4, 0.6
 """Of the recording's length: the type pass begins at the earliest at 0, at the latest here; it ends here or later."""
@@ -58,6 +62,12 @@ class FillingSample:
                 )
 
     @property
+    def kind(self) -> int:
+        """The container's kind, its place in ``KINDS``; ``UNKNOWN`` for one that is none of the published ones."""
+        name = CONTAINERS[self.container_id][1] if self.container_id in CONTAINERS else None
+        return UNKNOWN if name is None else KINDS.index(name)
+
+    @property
     def rows(self) -> int:
         """T."""
         return self.features.shape[1]
@@ -72,6 +82,7 @@ class Batch(NamedTuple):
         mask: (B, T) bool, true on its own rows.
         types: (B,) filling types.
         levels: (B,) filling levels.
+        kinds: (B,) kinds of the containers, see ``FillingSample.kind``.
     """
 
     task: Task
@@ -79,6 +90,7 @@ class Batch(NamedTuple):
     mask: Tensor
     types: Tensor
     levels: Tensor
+    kinds: Tensor
 
 
 class Batches:
@@ -128,7 +140,8 @@ def padded(task: Task, samples: Sequence[FillingSample], crops: Sequence[tuple[i
         mask[index, : end - start] = True
     types = torch.tensor([sample.filling_type for sample in samples])
     levels = torch.tensor([sample.filling_level for sample in samples])
-    return Batch(task, torch.from_numpy(features), torch.from_numpy(mask), types, levels)
+    kinds = torch.tensor([sample.kind for sample in samples])
+    return Batch(task, torch.from_numpy(features), torch.from_numpy(mask), types, levels, kinds)
 
 
 def filling_samples(

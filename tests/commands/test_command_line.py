@@ -363,11 +363,12 @@ def listened_and_watched(listened, tmp_path, monkeypatch):
         array = np.random.default_rng(index).normal(size=(3, 4, 512)).astype(np.float16)
         np.save(tmp_path / "watched" / f"{index:06d}.npy", array)
     whole = FusedTraining()
-    own = {
-        sense: replace(whole.of(sense), networks=(replace(whole.of(sense).networks[0], hidden=2),), epochs=1)
-        for sense in ("sound", "sight")
+    small = {
+        name: replace(group, networks=(replace(group.networks[0], hidden=2),), epochs=1)
+        for name, group in whole.groups.items()
     }
-    monkeypatch.setattr("corsmal.filling.FusedTraining", lambda: replace(whole, **own))
+    tiny = replace(whole, sound=(small["sound0"], small["sound1"]), sight=small["sight"])
+    monkeypatch.setattr("corsmal.filling.FusedTraining", lambda: tiny)
     return [*listened, "--features", str(tmp_path / "watched"), "--preset", "fused"]
 
 

@@ -17,7 +17,7 @@ from tests.filling.made import JOINT, WIDTH, made_features, made_samples
 SOUND = RecurrentConfig(channels=2, features=WIDTH, hidden=4)
 SIGHT = PooledConfig(features=8, hidden=4)
 TINY = FusedTraining(
-    sound=replace(JOINT, networks=(SOUND,) * 2, epochs=2), sight=replace(JOINT, networks=(SIGHT,), epochs=2)
+    sound=(replace(JOINT, networks=(SOUND,), epochs=2),) * 2, sight=replace(JOINT, networks=(SIGHT,), epochs=2)
 )
 
 
@@ -63,6 +63,10 @@ def test_prediction_holds_what_each_sense_says(weights):
     expected = np.sqrt(heard.level_probabilities * watched.level_probabilities)
     assert both.level_probabilities == pytest.approx(expected / expected.sum(), abs=1e-6)
     assert both.decoding == "feasible"
+    with torch.no_grad():
+        kinds = untrained().sight[0].seen(torch.from_numpy(sample.sight)[None])[2].softmax(dim=1)[0].numpy()
+    assert both.kind_probabilities == pytest.approx(kinds, abs=1e-6)
+    assert heard.kind_probabilities is None
 
 
 def test_what_does_not_fit_the_weights_is_refused(weights):
@@ -83,6 +87,8 @@ def test_file_of_another_network_is_no_fused_one(weights):
         FillingPredictor(weights)
     with pytest.raises(ArgumentError, match="at most 8"):
         FusedConfig((SOUND,) * 7, (SIGHT,) * 2)
+    with pytest.raises(ArgumentError, match="recognise the container's kind"):
+        FusedConfig((SOUND,), (SOUND,))
 
 
 def test_gate_is_learned_from_containers_unseen_by_the_networks():
@@ -131,7 +137,7 @@ def test_sight_takes_the_place_of_sound():
 def test_training_without_sight_is_refused(tmp_path):
     with pytest.raises(ArgumentError, match="sound and of sight"):
         train_fused(tmp_path, made_samples(14), training=TINY)
-    for wrong in ({"inner": 0}, {"inner": 2}, {"sound": replace(TINY.sound, keep="best")}):
+    for wrong in ({"inner": 0}, {"inner": 2}, {"sound": (replace(TINY.sound[0], keep="best"),)}):
         with pytest.raises(ArgumentError):
             replace(TINY, **wrong)
 

@@ -2,7 +2,7 @@ import pytest
 import torch
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.fusion import FusionGate
+from corsmal.filling.fusion import Answer, FusionGate
 
 
 def says(classes, wanted, sure):
@@ -13,13 +13,15 @@ def says(classes, wanted, sure):
 
 
 def made(count=120):
-    """Sound knows the type. Whose word on the level is right depends on the type only; both are equally sure of it."""
+    """Sound knows the type. Whose word on the level is right depends on the container's kind; both are equally sure."""
     rng = torch.Generator().manual_seed(0)
     types, levels = torch.randint(4, (count,), generator=rng), torch.randint(3, (count,), generator=rng)
     right, wrong = says(3, levels, 0.8), says(3, (levels + 1) % 3, 0.8)
-    is_heard = types == 0
+    kinds = torch.randint(3, (count,), generator=rng)
+    is_heard = kinds == 2
     heard, seen = torch.where(is_heard[:, None], right, wrong), torch.where(is_heard[:, None], wrong, right)
-    return (says(4, types, 0.9), heard), (says(4, (types + 1) % 4, 0.6), seen), types, levels, is_heard
+    sight = Answer(says(4, (types + 1) % 4, 0.6), seen, says(3, kinds, 0.9))
+    return Answer(says(4, types, 0.9), heard), sight, types, levels, is_heard
 
 
 def test_one_sense_is_passed_on():
@@ -59,7 +61,7 @@ def test_temperature_makes_probabilities_true():
     levels = torch.tensor([0, 1, 2, 0] * 25)
     said = torch.tensor([0, 1, 2, 1] * 25)
     types = torch.arange(100) % 4
-    sure = (says(4, types, 0.9), says(3, said, 0.95))
+    sure = Answer(says(4, types, 0.9), says(3, said, 0.95), says(3, said, 0.9))
     gate = FusionGate()
     gate.learn(sure, sure, types=types, levels=levels)
     with torch.no_grad():
@@ -70,6 +72,9 @@ def test_temperature_makes_probabilities_true():
     assert plain.max(dim=1).values.mean() == pytest.approx(0.95, abs=1e-4)
 
 
-def test_nothing_at_all_is_refused():
+def test_nothing_at_all_and_sight_that_says_no_kind_are_refused():
+    sound, sight, *_ = made(6)
     with pytest.raises(ArgumentError, match="neither"):
         FusionGate()(None, None)
+    with pytest.raises(ArgumentError, match="must say the container's kind"):
+        FusionGate()(sound, sight._replace(kinds=None))

@@ -7,7 +7,8 @@ import torch
 from corsmal.errors import ArgumentError
 from corsmal.filling import read_filling, save_filling
 from corsmal.filling.config import PooledConfig
-from corsmal.filling.pooled import PooledModel, _pooled
+from corsmal.filling.pooled import PooledModel, _parts, _pooled
+from corsmal.filling.samples import FillingSample, padded
 from tests.filling.made import made_features
 
 SMALL = PooledConfig(channels=3, features=8, hidden=4)
@@ -22,13 +23,57 @@ def recording(rows, *, seed=0):
     return torch.from_numpy(made_features(rows, seed=seed, channels=3, width=8))[None]
 
 
-def test_statistics_are_those_of_the_normalised_rows():
-    features = recording(5)
-    x = features[0].numpy().astype(np.float64)
+def statistics(features):
+    """The slow, obvious way, (C, 5 · features) from (C, T, features)."""
+    x = features.astype(np.float64)
     x = (x - x.mean(axis=-1, keepdims=True)) / np.sqrt(x.var(axis=-1, keepdims=True) + 1e-5)
-    expected = np.concatenate([x.mean(axis=1), x.max(axis=1), x.std(axis=1)], axis=1)
-    found = _pooled(features, torch.ones(1, 5, dtype=torch.bool))[0].numpy()
-    assert found == pytest.approx(expected, abs=1e-5)
+    parts = np.array_split(x, 4, axis=1) if x.shape[1] >= 4 else [x] * 4
+    first, *later = (part.mean(axis=1) for part in parts)
+    changes = [part - first for part in later]
+    return np.concatenate([*changes, x.std(axis=1), x.max(axis=1) - x.mean(axis=1)], axis=1)
+
+
+@pytest.mark.parametrize("rows", [1, 3, 4, 5, 6, 7, 8, 21])
+def test_statistics_are_changes_of_the_normalised_rows(rows):
+    features = recording(rows)
+    found = _pooled(features, torch.ones(1, rows, dtype=torch.bool))[0].numpy()
+    assert found == pytest.approx(statistics(features[0].numpy()), abs=1e-5)
+
+
+def test_what_stays_the_same_over_time_is_not_seen():
+    features = recording(8).numpy()
+    features /= np.sqrt((features**2).sum(axis=-1, keepdims=True))
+    same = np.repeat(features[:, :, :1], 8, axis=2)
+    found = _pooled(torch.from_numpy(same), torch.ones(1, 8, dtype=torch.bool))
+    assert np.abs(found.numpy()).max() < 1e-3
+
+
+def test_parts_cover_all_rows_once():
+    mask = torch.tensor([[True] * 6 + [False] * 3])
+    weights = _parts(mask)[0]
+    assert weights.sum(dim=1).tolist() == pytest.approx([1, 1, 1, 1])
+    assert [row.nonzero()[:, 0].tolist() for row in weights] == [[0, 1], [2, 3], [4], [5]]
+
+
+def batch(*samples):
+    return padded("both", samples, [(0, sample.rows) for sample in samples])
+
+
+def sample(container, *, level=1):
+    return FillingSample("0", container, made_features(5, seed=container, channels=3, width=8), 1, level)
+
+
+def test_levels_in_boxes_are_not_learned_and_kinds_are_where_they_are_known():
+    network = model()
+    cup, box, other = sample(1), sample(7), sample(99)
+    both, one = network.losses(batch(cup, box)), network.losses(batch(cup))
+    assert torch.allclose(both["level"], one["level"], atol=1e-6)
+    assert not torch.allclose(both["type"], one["type"], atol=1e-6)
+    assert network.losses(batch(box))["level"] == 0
+    assert network.losses(batch(other))["kind"] == 0
+    kinds = network.seen(*batch(cup, other)[1:3])[2][:1]
+    expected = 0.3 * torch.nn.functional.cross_entropy(kinds, torch.tensor([0]))
+    assert torch.allclose(network.losses(batch(cup, other))["kind"], expected, atol=1e-6)
 
 
 def test_recording_is_answered_alike_in_any_batch():
