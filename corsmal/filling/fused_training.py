@@ -27,7 +27,7 @@ INNER_FOLDS = 3
 
 def _sound() -> tuple[FillingTraining, ...]:
     joint = FillingTraining(passes="joint", keep="last", schedule="cosine")
-    encoders = tuple(FillingConfig.tuned(standardise=index % 2 == 1) for index in range(2))
+    encoders = tuple(FillingConfig.tuned(channels=1, standardise=index % 2 == 1) for index in range(2))
     return (
         replace(joint, networks=encoders, epochs=30, rate=1e-3),
         replace(joint, networks=(RecurrentConfig(),) * 2, epochs=40, batch=32, rate=2e-3),

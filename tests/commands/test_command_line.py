@@ -364,7 +364,7 @@ def listened_and_watched(listened, tmp_path, monkeypatch):
         np.save(tmp_path / "watched" / f"{index:06d}.npy", array)
     whole = FusedTraining()
     small = {
-        name: replace(group, networks=(replace(group.networks[0], hidden=2),), epochs=1)
+        name: replace(group, networks=(replace(group.networks[0], hidden=4),), epochs=1)
         for name, group in whole.groups.items()
     }
     tiny = replace(whole, sound=(small["sound0"], small["sound1"]), sight=small["sight"])
