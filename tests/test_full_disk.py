@@ -17,10 +17,11 @@ import pandas as pd
 import pytest
 
 from corsmal.__main__ import main
+from corsmal.by_hand.log import Log
 from corsmal.dataset import open_dataset
 from corsmal.demo.opening import demo_folder, open_demo
 from corsmal.detection import Detections, ViewDetections, coco_weights, write_coco_results
-from corsmal.errors import CorsmalError
+from corsmal.errors import CorsmalError, FileError
 from corsmal.evaluation import read_estimates, submission_table, write_estimates, write_submission
 from corsmal.figures.pin_collections import add_pins, load_collection
 from corsmal.figures.pins import Pin
@@ -166,6 +167,26 @@ def test_making_the_demo(disk, fill, workers):
     assert "unexpectedly" not in str(caught.value)
     left = [name for name in files(disk) if ".making/kernels" not in name]
     assert not [name for name in left if Path(name).name.startswith(".") or "begun-" in name]
+
+
+def test_masks_by_hand(disk, fill):
+    log = Log(disk / "log", lambda line: line["number"])
+    line = {"number": 1, "words": "w" * 1000}
+    assert log.append(lambda _: line) == 1
+    fill(6 * 1024)
+
+    def append_many() -> None:
+        for number in range(2, 20):
+            assert log.append(lambda _, number=number: line | {"number": number}) == number
+
+    with pytest.raises(FileError, match=FULL):
+        append_many()
+    kept = log.items()
+    assert kept == tuple(range(1, len(kept) + 1))
+    (disk / "others").unlink(missing_ok=True)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+    assert log.append(lambda _: line | {"number": 30}) == 30
+    assert Log(disk / "log", lambda line: line["number"]).items() == (*kept, 30)
 
 
 def test_the_copy_of_a_video_for_browsers(disk, fill, tmp_path):

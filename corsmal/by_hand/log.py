@@ -76,8 +76,7 @@ class Log(Generic[Item]):
                         return None
                     size = os.fstat(descriptor).st_size
                     is_cut = size > 0 and os.pread(descriptor, 1, size - 1) != b"\n"  # by a power cut
-                    os.write(descriptor, b"\n" * is_cut + _packed(line))
-                    os.fsync(descriptor)
+                    _write_all(descriptor, b"\n" * is_cut + _packed(line))
                     self._read_on(descriptor)
                     return self._items[-1]
             except OSError as error:
@@ -124,6 +123,13 @@ def open_log(path: Path, read: Callable[[Line], Item]) -> Log[Item]:
         while len(_logs) > LOGS_KEPT:
             del _logs[next(iter(_logs))]
         return log
+
+
+def _write_all(descriptor: int, content: bytes) -> None:
+    """Write to the disk; on a full one the first call may write a part without an error, the next one raises."""
+    while content:
+        content = content[os.write(descriptor, content) :]
+    os.fsync(descriptor)
 
 
 def _packed(line: Mapping[str, Any]) -> bytes:
