@@ -1,12 +1,14 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from corsmal.by_hand import HandMask, MaskHistory
 from corsmal.dataset import open_dataset
 from corsmal.engines.tasks import open_predictors
 from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.estimation import choose_frames, estimate, fit_frame
-from corsmal.evaluation import ablation_table, estimates_table
+from corsmal.evaluation import ablation_table, attribution_table, estimates_table
 from corsmal.parameters import PAIRS, ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.runs import attribution, make_run
@@ -136,6 +138,29 @@ def test_true_dimensions_are_annotated_and_the_mass_network_is_given_them(
 
 def test_without_true_masks_only_dimensions_are_replaced(run, dataset, store):
     assert list(attribute_run(run, dataset, store=store)) == ["dimensions"]
+
+
+def test_masks_by_hand_are_the_true_ones_of_their_recording(run, dataset, store):
+    recording = dataset["000000"]
+    assert list(attribute_run(run, dataset, store=store)) == ["dimensions"]
+    found = load_detections(recording, store=store).views
+    for name in PAIRS[0]:
+        mask = found[name][5].mask(0)
+        mask[:, : np.flatnonzero(mask.any(axis=0))[0] + 8] = False
+        history = MaskHistory(recording.id, recording.views[name], store=store)
+        history.keep(HandMask.of(mask, frame=5), after=0)
+    assert load_attribution(run, dataset, store=store) is None  # the truth is another one now
+    rows = attribute_run(run, dataset, store=store)
+    assert {stage: len(found) for stage, found in rows.items()} == {"masks": 1, "best frame": 1, "dimensions": 3}
+    assert (rows["masks"][0]["best_frame"], rows["best frame"][0]["best_frame"]) == (5, 5)
+    assert rows["masks"][0]["width_top_mm"] < rows["best frame"][0]["width_top_mm"]
+    table = attribution_table(
+        run.table,
+        {stage: estimates_table(each) for stage, each in rows.items()},
+        dataset.table,
+        rng=np.random.default_rng(0),
+    )
+    assert set(table[table["stage"] == "masks"]["recordings"]) == {1}
 
 
 @pytest.mark.usefixtures("known")

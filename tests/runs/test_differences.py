@@ -63,6 +63,11 @@ def test_how_views_are_matched_is_told(run):
     assert parameter_differences([run, by_number]).loc["views matched"].tolist() == ["by time", "by frame number"]
 
 
+def test_which_masks_are_used_is_told(run):
+    by_hand = replace(run, name="b", id="", settings=replace(run.settings, masks="by-hand"))
+    assert parameter_differences([run, by_hand]).loc["masks"].tolist() == ["detected", "by hand where present"]
+
+
 def test_one_run_differs_from_nothing(run):
     with pytest.raises(ArgumentError, match="at least two, got 1"):
         parameter_differences([run])

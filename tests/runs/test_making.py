@@ -1,7 +1,9 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from corsmal.by_hand import HandMask, MaskHistory
 from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.parameters import METHOD_VIEWS, ShapeParameters
 from corsmal.runs import list_runs, load_run, make_run, making
@@ -49,6 +51,30 @@ def test_a_run_holds_the_estimates_and_what_they_were_made_with(dataset, setting
     assert run.digests == {"filling": "fake filling (2, 1)", "mass": "fake mass 20.0", "detector": None}
     assert (run.data_digest, run.method_version, run.engine) == (data_digest(dataset), METHOD_VERSION, "in turn")
     assert load_run("first", dataset=dataset.root, store=store).rows == run.rows
+
+
+def test_a_run_with_masks_by_hand_is_another_one_and_follows_their_changes(dataset, settings, store):
+    recording = dataset["000000"]
+
+    def draw(shrink):
+        for name in METHOD_VIEWS:
+            view, found = recording.views[name], load_detections(recording, store=store).views[name]
+            for frame, detections in found.items():
+                mask = detections.mask(0)
+                mask[:, : np.flatnonzero(mask.any(axis=0))[0] + shrink] = False
+                MaskHistory(recording.id, view, store=store).keep(HandMask.of(mask, frame=frame), after=0)
+
+    hand = replace(settings, masks="by-hand")
+    detected = make_run("detected", dataset, settings, store=store)
+    draw(8)
+    first = make_run("hand", dataset, hand, store=store)
+    with pytest.raises(ArgumentError, match="different: masks"):
+        make_run("detected", dataset, hand, store=store)
+    assert first.rows[0]["flags"] == "by-hand"
+    assert first.rows[0]["width_top_mm"] < detected.rows[0]["width_top_mm"]
+    assert untimed(make_run("detected", dataset, settings, store=store).rows) == untimed(detected.rows)
+    draw(16)
+    assert make_run("hand", dataset, hand, store=store).rows[0]["width_top_mm"] < first.rows[0]["width_top_mm"]
 
 
 def test_a_stopped_run_is_resumed_where_it_was(dataset, settings, store):

@@ -70,6 +70,19 @@ def test_a_run_of_an_earlier_version_matched_its_views_by_time(run, dataset, sto
     assert_same(run, load_run("first", dataset=dataset.root, store=store))
 
 
+def test_a_run_keeps_which_masks_it_used_and_an_earlier_version_used_the_detected_ones(run, dataset, store):
+    own = replace(run, name="own", id="", settings=replace(run.settings, masks="by-hand"))
+    save_run(own, store=store)
+    assert_same(own, load_run("own", dataset=dataset.root, store=Store(store.root)))
+    assert own.facts()["masks"] == "by hand where present"
+    assert own.conditions["masks"] == "by-hand"
+    assert own.key != run.key
+    content = store.json("runs", run.id)
+    assert content["settings"].pop("masks") == "detected"
+    store.save_json("runs", run.id, content)
+    assert_same(run, load_run("first", dataset=dataset.root, store=store))
+
+
 @pytest.mark.parametrize("name", ["", "   ", "x" * 61, "a\nb"])
 def test_what_can_be_no_name_is_refused(run, name):
     with pytest.raises(ArgumentError, match="a run's name must be 1 to 60 printable characters"):

@@ -33,6 +33,7 @@ CHOICES = [
     Choice("1", numbers=(("height_mm", 120.5), ("capacity_ml", None), ("mm_per_px", 0.25))),
     Choice("1", rows=("red cup",), only_failed=True, without=("any", "implausible")),
     Choice("1", match="index"),
+    Choice("1", masks="by-hand", edited="view1"),
     Choice("1", offsets_s=(("view1", 0.4), ("view3", -0.0333))),
 ]
 
