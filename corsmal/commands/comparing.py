@@ -82,7 +82,7 @@ def _averages(table: "pd.DataFrame", *, recordings: int) -> "dict[str, pd.DataFr
     alone = [PUBLISHED, *SHAPE_PRESETS, *(f"{ALONE}{rule}" for rule in RULES)]
     in_turn = ["paper", *(f"{IN_TURN}{rule}" for rule in RULES)]
     return {
-        f"One rule of the program at a time: averages over containers in %, {recordings} recordings": (
+        f"One rule of the program at a time: averages over containers in %, recordings: {recordings}": (
             average_errors(table, alone)
         ),
         "One rule after the other, from the paper to the program": average_errors(table, in_turn),

@@ -53,8 +53,8 @@ def log_mel_image(picture: SoundPicture, *, yaxis: str) -> Part:
 def log_mel_caption(picture: SoundPicture) -> str:
     """Whose rows are drawn, and what their colours stand for."""
     low, high = (f"{limit:.0f}".replace("-", "−") for limit in picture.limits)
-    text = f"<b>Log-mel</b> by {picture.source}: {picture.unit} of the power, {low} (dark) to {high} (bright)"
-    return text + ("; grey: silence, −∞" if picture.has_silence else "")
+    text = f"<b>Log-mel</b> by {picture.source}: {picture.unit} power, dark {low} to bright {high}"
+    return text + ("; grey: silence" if picture.has_silence else "")
 
 
 def anchor(yaxis: str) -> Part:

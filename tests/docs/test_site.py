@@ -12,6 +12,13 @@ from pathlib import Path
 
 import pytest
 
+from corsmal.dataset import open_dataset
+from corsmal.estimation import estimate, file_detections
+from corsmal.evaluation import estimates_table
+from corsmal.evaluation.rules import PUBLISHED, average_errors, side_by_side
+from corsmal.parameters import SHAPE_PRESETS
+from corsmal.runs.rules import ALONE, RULES, conditions
+
 ROOT = Path(__file__).resolve().parents[2]
 SITE = ROOT / "docs"
 PAGES = sorted(SITE.rglob("*.md"))
@@ -116,3 +123,29 @@ def test_the_links_of_other_documents_lead_somewhere(name):
         for title in re.findall(r"^#+ (.*)", text, re.M)
     }
     assert [anchor for path, _, anchor in links if not path and anchor not in anchors] == []
+
+
+def rows_of(document: str, heading: str) -> dict[str, list[str]]:
+    """The first table below a heading: the cells of each row by its first one."""
+    text = (SITE / document).read_text(encoding="utf-8").split(f"\n{heading}\n")[1]
+    lines = [line.strip("| ").split(" | ") for line in text.split("\n\n")[1].splitlines()]
+    return {line[0]: line[1:] for line in lines[2:]}
+
+
+def test_the_difference_tables_have_every_preset_and_rule():
+    names = [PUBLISHED, *SHAPE_PRESETS, *(f"{ALONE}{rule}" for rule in RULES)]
+    for heading in ("### The demo: thirty synthetic recordings", "### 000618: one real recording"):
+        assert list(rows_of("paper-and-program.md", heading)) == names
+
+
+def test_the_difference_table_of_the_real_recording_is_what_comes_out(real_dataset_root):
+    dataset = open_dataset(real_dataset_root)
+    detections, _ = file_detections(dataset["000618"])
+    shown = rows_of("paper-and-program.md", "### 000618: one real recording")
+    for name in ("paper", "released", f"{ALONE}height rule", f"{ALONE}pairs"):
+        made_with = conditions()[name]
+        row = estimate(
+            dataset["000618"], detections=detections, shape=made_with.shape, selection=made_with.selection
+        ).row()
+        found = average_errors(side_by_side({name: estimates_table([row])}, dataset.table), [name])
+        assert [f"{value:.1f}".replace("-", "−") for value in found.loc[name]] == shown[name]

@@ -85,7 +85,7 @@ def test_panels_of_which_nothing_is_known_are_left_out():
     figure = known_when_figure(silent, end_s=1.0)
     assert texts(figure) == ["<b>Capacity</b> from the frames so far"]
     with_sound = known_when_figure(silent, end_s=1.0, picture=made_picture())
-    assert texts(with_sound)[0].startswith("<b>Log-mel</b> by the paper's front end: ln of the power")
+    assert texts(with_sound)[0].startswith("<b>Log-mel</b> by the paper's front end: ln power")
     assert with_sound.layout.images[0].yref == "y"
     assert with_sound.layout.yaxis.title.text == "kHz"
 

@@ -115,8 +115,8 @@ def test_each_front_end_has_its_logarithm_and_the_same_colour_for_the_same_power
     assert (papers.unit, papers.limits) == ("ln", pytest.approx((np.log(1e-4), np.log(10**1.5))))
     assert (authors.unit, authors.limits) == ("log₂", pytest.approx((np.log2(1e-4), np.log2(10**1.5))))
     for picture, caption in (
-        (papers, "<b>Log-mel</b> by the paper's front end: ln of the power, −9 (dark) to 3 (bright)"),
-        (authors, "<b>Log-mel</b> by another: log₂ of the power, −13 (dark) to 5 (bright)"),
+        (papers, "<b>Log-mel</b> by the paper's front end: ln power, dark −9 to bright 3"),
+        (authors, "<b>Log-mel</b> by another: log₂ power, dark −13 to bright 5"),
     ):
         assert caption in texts(timeline_figure(picture, channel=""))
 
@@ -129,7 +129,7 @@ def test_silence_without_a_number_is_grey_and_said():
     image = cv2.imdecode(content, cv2.IMREAD_COLOR)
     np.testing.assert_allclose(image[8, 52], [128, 128, 128], atol=6)
     assert np.ptp(image[8, 10].astype(int)) > 60
-    assert any("grey: silence, −∞" in text for text in texts(timeline_figure(picture, channel="")))
+    assert any("grey: silence" in text for text in texts(timeline_figure(picture, channel="")))
     assert not made_of(rows[:32]).has_silence
 
 

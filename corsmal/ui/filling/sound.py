@@ -73,9 +73,9 @@ def _front_end() -> "tuple[LogMelParameters, str]":
     else:
         is_heard = hears_log_mel(found.config)
     if not is_heard:
-        return LogMelParameters(), f"{PAPER_SOURCE} (the network is given arrays, not this)"
+        return LogMelParameters(), f"{PAPER_SOURCE} (the network is given arrays)"
     is_papers = found.front_end == LogMelParameters()
-    return found.front_end, PAPER_SOURCE if is_papers else "the front end of the authors' program"
+    return found.front_end, PAPER_SOURCE if is_papers else "the authors' front end"
 
 
 @cached(32, spinner="Reading the sound")
