@@ -39,7 +39,7 @@ class Prompt:
     outside: Sequence[ArrayLike] = ()
 
     def __post_init__(self) -> None:
-        x_min, y_min, x_max, y_max = self.box
+        x_min, y_min, x_max, y_max = self.box if len(self.box) == 4 else (0, 0, 0, 0)
         if not np.isfinite(self.box).all() or x_max - x_min < 2 or y_max - y_min < 2:
             raise ArgumentError(f"box must be x_min, y_min, x_max, y_max, at least 2 px wide and high, got {self.box}")
         for stroke in (*self.inside, *self.outside):

@@ -13,7 +13,9 @@ from corsmal.dataset import Recording, open_dataset
 from corsmal.stages.detections import load_detections
 from corsmal.ui import shared
 from corsmal.ui.folders import READ_ONLY
+from corsmal.ui.mask_editor.edits import outcome
 from corsmal.ui.mask_editor.fits import outlines
+from corsmal.ui.opened import OpenedRecording
 from tests.app.driver import Visitor
 from tests.tiny import SIZE
 
@@ -149,6 +151,28 @@ def test_what_cannot_be_done_is_said_and_changes_nothing(editor: Editor, recordi
     editor.visitor.report("mask_editor", actions=["no action", 7])
     assert editor.visitor.crashes == []
     assert masks(recording).masks() == {}
+
+
+@pytest.mark.parametrize(
+    "details",
+    [
+        {"tool": "fill", "points": True},
+        {"tool": "eraser", "points": [[1, 2]], "radius": [[1, 2], [3, 4]]},
+        {"tool": "brush", "points": 10**400, "radius": 3},
+        {"tool": "brush", "points": [[1, 2, 3]], "radius": 3},
+        {"tool": "polygon", "points": [[None, None]]},
+        {"tool": "propose", "box": 5.5, "inside": [], "outside": []},
+        {"tool": "propose", "box": [1, 2], "inside": [], "outside": []},
+        {"tool": "propose", "box": [1, 2, 30, 40], "inside": [[["a"]]], "outside": []},
+        {"tool": {}, "points": []},
+    ],
+    ids=str,
+)
+def test_what_no_browser_of_ours_sends_is_a_sentence(recording: Recording, details) -> None:
+    action = {"view": "view3", "frame": FRAME, "after": 0, **details}
+    [sentence] = outcome(OpenedRecording(recording), [action], by="a stranger")
+    assert sentence
+    assert masks(recording).frames() == {}
 
 
 def test_an_empty_mask_and_two_parts_are_kept_with_a_sentence(editor: Editor, recording: Recording) -> None:

@@ -31,6 +31,7 @@ Action = Mapping[str, Any]
 PROPAGATED_FRAMES = 10
 STROKES_MAX = 200
 STEPS = ("undo", "redo", "remove")
+WORDS = ("a number", "a list of numbers", "a list of points")
 
 
 def apply(opened: OpenedRecording, action: Action, *, by: str) -> str:
@@ -138,7 +139,7 @@ def _drawn(edited: EditedFrame, mask: Mask, action: Action) -> Drawn:
     tool, points = action.get("tool"), action.get("points")
     if tool in ("brush", "eraser"):
         draw = brush if tool == "brush" else eraser
-        return draw(mask, _numbers(points), radius_px=float(_numbers(action.get("radius"))))
+        return draw(mask, _numbers(points), radius_px=float(_numbers(action.get("radius"), dimensions=0)))
     if tool == "polygon":
         return polygon(mask, _numbers(points))
     if tool == "fill":
@@ -147,7 +148,7 @@ def _drawn(edited: EditedFrame, mask: Mask, action: Action) -> Drawn:
         strokes = {name: action.get(name) for name in ("inside", "outside")}
         if not all(isinstance(each, list) and len(each) <= STROKES_MAX for each in strokes.values()):
             raise ArgumentError(f"a proposal must have lists of at most {STROKES_MAX} strokes")
-        box = _numbers(action.get("box")).tolist()
+        box = _numbers(action.get("box"), dimensions=1).tolist()
         prompt = Prompt(
             tuple(box), **{name: [_numbers(stroke) for stroke in each or ()] for name, each in strokes.items()}
         )
@@ -155,11 +156,15 @@ def _drawn(edited: EditedFrame, mask: Mask, action: Action) -> Drawn:
     raise ArgumentError(f"there is no tool {str(tool)[:20]!r}")
 
 
-def _numbers(value: Any) -> NDArray[np.float64]:
+def _numbers(value: Any, *, dimensions: int = 2) -> NDArray[np.float64]:
+    """A number, a list of them or, by default, a list of points."""
     try:
-        return np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        found = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
         raise ArgumentError(f"an edit must hold numbers, got {str(value)[:40]!r}") from error
+    if found.ndim != dimensions:
+        raise ArgumentError(f"an edit must hold {WORDS[dimensions]}, got {str(value)[:40]!r}")
+    return found
 
 
 def outcome(opened: OpenedRecording, actions: Any, *, by: str, most: int = 100) -> list[str]:
