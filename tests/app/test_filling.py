@@ -349,7 +349,9 @@ def test_network_of_both_senses_answers_beside_what_each_of_them_says(noisy: Pat
         own = marks(visitor, head)
         np.testing.assert_allclose(own["sound"], 100 * getattr(expected.sound, f"{head}_probabilities"), rtol=1e-4)
         np.testing.assert_allclose(own["sight"], 100 * getattr(expected.sight, f"{head}_probabilities"), rtol=1e-4)
-    assert f"{100 * expected.sight_share:.0f} % sight" in visitor.sentences
+    kind, sure = ("cup", "glass", "box")[expected.kind_probabilities.argmax()], 100 * expected.kind_probabilities.max()
+    share = 100 * expected.sight_share
+    assert f"{share:.0f} % sight, which recognises a {kind} ({sure:.0f} %)" in visitor.sentences
     gate = next(each for each in visitor.plots["senses"]["figure"]["data"] if each["name"] == "share of sight")
     assert gate["y"][-1] == pytest.approx(100 * expected.sight_share, rel=1e-4)
     assert "**Clip** of frames 0–15" in visitor.sentences

@@ -17,7 +17,9 @@ from corsmal.ui.one_of import one_of
 def confidence_section(judged: Judged) -> None:
     """The reliability plot with its error, and the risk–coverage curve with a threshold for "don't know"."""
     run = judged.run
-    quantity = one_of("Classes", CLASSES, key="confidence_quantity", field="classes")
+    left, right = st.columns([2, 5], gap="medium")
+    with left:
+        quantity = one_of("Classes", CLASSES, key="confidence_quantity", field="classes")
     confidence, is_right = judged_confidences(judged.errors(), quantity)
     if not len(confidence):
         st.info(
@@ -26,7 +28,8 @@ def confidence_section(judged: Judged) -> None:
             icon=":material/graphic_eq:",
         )
         return
-    threshold = _threshold()
+    with right:
+        threshold = _threshold()
     is_answered = confidence >= threshold
     numbers = {
         "Expected calibration error": f"{calibration_error(confidence, is_right):.1f} %",

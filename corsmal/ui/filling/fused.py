@@ -8,6 +8,7 @@ from corsmal.errors import CorsmalError
 from corsmal.figures.senses import Moments, senses_figure
 from corsmal.figures.sound import SoundPicture
 from corsmal.filling import LEVEL_NAMES, FusedPrediction
+from corsmal.filling.records import KINDS
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.ui import session
 from corsmal.ui.download_buttons import download_buttons
@@ -34,13 +35,22 @@ def verdict(opened: OpenedRecording, prediction: FusedPrediction) -> None:
     """Which senses answered, and how much of the level is sight's."""
     if prediction.sound is not None and prediction.sight is not None:
         share = f"{100 * prediction.sight_share:.0f} %"
-        st.caption(f":material/hearing: :material/visibility: Level from both: {share} sight. Type from the sound.")
+        st.caption(f":material/visibility: Level from both: {share} sight{_kind(prediction)}. Type from the sound.")
         return
     missing = "sight" if prediction.sight is None else "sound"
     there = "sound" if missing == "sight" else "sight"
     why = "; ".join(note for note in senses.given(opened).notes if str(opened.id) in note or "named" in note)
     reason = f": {plain(why)}" if why else " in this crop"
     st.info(f"**No {missing}**{reason}. Type and level are from {there} only.", icon=":material/info:")
+
+
+def _kind(prediction: FusedPrediction) -> str:
+    """What kind of container sight recognises, on which its share rests."""
+    shares = prediction.kind_probabilities
+    if shares is None:
+        return ""
+    best = int(shares.argmax())
+    return f", which recognises a {KINDS[best]} ({100 * shares[best]:.0f} %)"
 
 
 @st.fragment
