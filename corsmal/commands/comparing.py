@@ -91,6 +91,9 @@ def _averages(table: "pd.DataFrame", *, recordings: int) -> "dict[str, pd.DataFr
 
 def _markdown(tables: "dict[str, pd.DataFrame]") -> str:
     from corsmal.evaluation.exporting import export_table
+    from corsmal.evaluation.rules import average_texts
 
-    texts = (f"{title}:\n\n{export_table(table, table_format='markdown')}" for title, table in tables.items())
-    return "\n".join(texts)
+    texts = {title: export_table(average_texts(table), table_format="markdown") for title, table in tables.items()}
+    return "\n".join(
+        f"{title}; MAPE and, in brackets, the mean signed error:\n\n{text}" for title, text in texts.items()
+    )

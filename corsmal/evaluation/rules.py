@@ -81,6 +81,17 @@ def average_errors(table: pd.DataFrame, conditions: Sequence[str]) -> pd.DataFra
     return found.reindex([name for name in conditions if name in found.index]).rename_axis("method")
 
 
+def average_texts(averages: pd.DataFrame) -> pd.DataFrame:
+    """The rows of ``average_errors`` as texts, a column per quantity: its MAPE, the mean signed error in brackets."""
+    found = pd.DataFrame(index=averages.index)
+    for name in GEOMETRY:
+        metric = BY_NAME[name].metric
+        pairs = zip(averages[metric], averages[f"{metric.removesuffix('_mape')}_signed_percent"], strict=True)
+        texts = [f"{error:.1f}" + ("" if pd.isna(signed) else f" ({signed:+.1f})") for error, signed in pairs]
+        found[BY_NAME[name].label] = [text.replace("-", "−").replace("nan", "–") for text in texts]
+    return found
+
+
 def rule_effects(
     base: pd.DataFrame, switched: Mapping[str, pd.DataFrame], annotation: pd.DataFrame, *, rng: np.random.Generator
 ) -> pd.DataFrame:

@@ -383,7 +383,7 @@ def _(place: Place, arguments: list[str]) -> None:
     assert {"published", "paper", "released", "lode", "tuned"} <= set(pd.read_csv(out)["condition"])
     run([*arguments, "000000", "--out", str(out.with_suffix(".md")), "--workers", "1"])
     written = out.with_suffix(".md").read_text(encoding="utf-8")
-    assert "| Method | Capacity, MAPE (%) ↓ | Capacity signed (%) |" in written
+    assert "| Method | Capacity | Top width | Bottom width | Height |" in written
     assert "| paper with height rule |" in written
     assert "| … and selection |" in written
 

@@ -7,6 +7,7 @@ from corsmal.evaluation.rules import (
     PUBLISHED,
     SHAPE_METRICS,
     average_errors,
+    average_texts,
     height_sentence,
     rule_effects,
     side_by_side,
@@ -59,6 +60,9 @@ def test_averages_have_a_row_per_condition_in_the_given_order():
     assert found.loc["released", "width_top_signed_percent"] == pytest.approx(-50)
     assert found.loc[PUBLISHED, "height_mape"] == pytest.approx(30.8)
     assert np.isnan(found.loc[PUBLISHED, "height_signed_percent"])
+    texts = average_texts(found)
+    assert list(texts.loc["released"]) == ["0.0 (+0.0)", "50.0 (−50.0)", "0.0 (+0.0)", "30.0 (+30.0)"]
+    assert texts.loc[PUBLISHED, "Height"] == "30.8"
 
 
 def test_effects_are_the_changes_of_the_average():
