@@ -9,8 +9,10 @@ import streamlit as st
 from corsmal.dataset import Recording
 from corsmal.detection.coco_weights import coco_weights_file
 from corsmal.errors import CorsmalError
+from corsmal.notes import Note
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.quantities import duration_text
+from corsmal.stages.by_hand import FLAG as BY_HAND
 from corsmal.stages.search import detect_recording, search_frames
 from corsmal.stages.settings import SEARCH_STEP, DetectorSettings, Method, find_detector
 from corsmal.ui import session, shared
@@ -112,7 +114,10 @@ def _notes(opened: OpenedRecording) -> None:
         st.caption(f":material/center_focus_strong: Detections: {plain('; '.join(sources))}")
     if not opened.recording.is_synthetic and any(source.startswith(SMALL) for source in sources):
         st.caption(":material/warning: This detector was trained on synthetic recordings only.")
-    for note in opened.detections.notes:
+    by_hand = [note for note in opened.detections.notes if isinstance(note, Note) and note.flag == BY_HAND]
+    if by_hand:
+        st.caption(f":material/draw: {plain('; '.join(by_hand))}.")
+    for note in (note for note in opened.detections.notes if note not in by_hand):
         st.warning(plain(note), icon=":material/warning:")
 
 

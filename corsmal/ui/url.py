@@ -12,7 +12,6 @@ from typing import Any, NamedTuple, get_args
 
 from corsmal.dataset.audio import CHANNELS
 from corsmal.dataset.clock import Matching
-from corsmal.dataset.layout import Masks
 from corsmal.errors import ArgumentError
 from corsmal.evaluation.flagged import ANY
 from corsmal.figures.hull import Scope
@@ -212,7 +211,7 @@ FIELDS: dict[str, Field] = {
     "frame": Field("frame", _frame),
     "match": Field("match", _options("index")),
     "offset": Field("offsets_s", _offsets, lambda found: BETWEEN.join(f"{view}:{value_text(s)}" for view, s in found)),
-    "masks": Field("masks", _options(*get_args(Masks))),
+    "masks": Field("masks", _options("by-hand")),
     "edit": Field("edited", _options(*METHOD_VIEWS)),
     "crop": Field("crop_s", _crop, lambda crop_s: "-".join(f"{end_s:.2f}" for end_s in crop_s)),
     "estimate": Field("estimate", lambda text: text if text == SHOWN else _preset(text)),

@@ -258,6 +258,21 @@ def test_the_switch_says_which_masks_are_used_on_all_pages(sound_root: Path, rec
     assert before.sum() == detected(recording).sum()
 
 
+def test_masks_by_hand_are_switched_on_where_there_are_some(sound_root: Path, recording: Recording) -> None:
+    editor = Editor(sound_root)
+    assert "masks_control" not in {item.key for item in editor.visitor.test.toggle}
+    x, y = centre(detected(recording))
+    editor.act("brush", points=[[x, y]], radius=3)
+    editor.visitor.test.run()
+    editor.visitor.choose("masks_control", True)
+    assert editor.visitor.link["masks"] == "by-hand"
+    assert f"view3: masks by hand in frame {FRAME}" in editor.visitor.sentences
+    assert editor.view()["source"] == "by hand, Ada"
+    assert editor.number("Capacity", 1) != "–"
+    editor.visitor.choose("masks_control", False)
+    assert "masks" not in editor.visitor.link
+
+
 def test_shape_leads_to_the_editor(sound_root: Path) -> None:
     visitor = Visitor(sound_root).open("shape")
     visitor.press("Correct the mask of view3")

@@ -70,7 +70,7 @@ def new_run(dataset: Dataset, taken: list[str]) -> None:
     matching = session.choice().matching
     if matching != Matching():
         st.caption(f":material/schedule: The views of all recordings are matched {matching}, as on the *Frames* page.")
-    masks: Masks = one_of("Masks", MASK_NAMES, key="run_masks")
+    masks: Masks = one_of("Masks", MASK_NAMES, key="run_masks", default=session.choice().masks)
     settings = default_settings(
         dataset,
         shape=presets[preset],

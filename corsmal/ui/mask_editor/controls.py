@@ -2,19 +2,23 @@
 
 import streamlit as st
 
-from corsmal.dataset.layout import MASK_NAMES
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.stages.by_hand import masks_by_view
 from corsmal.ui import session, shared
-from corsmal.ui.one_of import one_of
 from corsmal.ui.opened import OpenedRecording
 
 
 def masks_control(opened: OpenedRecording) -> None:
-    """Choose which masks are used on all pages, where the recording has masks by hand or the address wants them."""
-    found = masks_by_view(opened.recording, store=shared.store())
-    if any(found.values()) or session.choice().masks is not None:
-        one_of("Masks", MASK_NAMES, key="masks_control", field="masks")
+    """Choose which masks are used on all pages, if the recording has masks by hand or the address names some."""
+    found, used = masks_by_view(opened.recording, store=shared.store()), session.choice().masks
+    if any(found.values()) or used is not None:
+        st.session_state["masks_control"] = used == "by-hand"
+        st.toggle(
+            "Masks by hand",
+            key="masks_control",
+            on_change=lambda: session.choose(masks=None if used == "by-hand" else "by-hand"),
+            help="Use masks by hand in the frames that have them, on all pages. Off: the detected ones.",
+        )
 
 
 def edit_control(view: str, *, frame: int, key: str) -> None:
@@ -44,6 +48,6 @@ def toggle_control(opened: OpenedRecording, view: str) -> bool:
         key="edit_masks",
         on_change=lambda: session.choose(edited=None if edited is not None else view),
         help="Draw the container's outline where the detector erred, and see what the estimate would be. What was "
-        "detected stays; *Masks* above says which of them are used.",
+        "detected stays; *Masks by hand* above says which are used.",
     )
     return edited is not None
