@@ -4,7 +4,7 @@ Not in the paper. There are hundreds of recordings of few containers, which are 
 rows of R(2+1)D knew the levels in unseen containers less well, and take longer to train. Here statistics over time of
 rows that are normalised stand beside each other for all views. None of them holds a row's own height: how the picture
 looks tells the containers apart, and what changes in it, the filling. (Within the training containers of the winners'
-folds, level of cups and glasses: 82.5 and 74.8 with mean, maximum and deviation, 87.5 and 80.8 with these.)
+folds, level of cups and glasses: 83.3 and 74.3 with mean, maximum and deviation, 87.5 and 80.8 with these.)
 """
 
 from collections.abc import Sequence
