@@ -80,6 +80,7 @@ def settle(page: Page) -> None:
 def open_download(page: Page) -> None:
     """Open the menu of a figure's download."""
     page.get_by_role("button", name="Download figure").first.click()
+    expect(page.get_by_role("dialog")).to_be_visible(timeout=60_000)
     page.wait_for_timeout(500)
 
 
