@@ -10,7 +10,7 @@ from corsmal.filling import FillingPrediction
 Head = Literal["type", "level"]
 
 HEAD_COLOURS: dict[Head, dict[str, str]] = {"type": TYPE_COLOURS, "level": LEVEL_COLOURS}
-RANGE_PCT, NUMBERS_PCT = [0, 240], 104
+RANGE_PCT, NUMBERS_PCT = [0, 246], 110
 """Beyond 100 % the numbers are written."""
 
 ROW_PX = 24

@@ -30,7 +30,10 @@ ROW_S = CLIP_FRAMES / 30
 SLACK_S = 1e-6
 """By which a row that ends where a stretch does may exceed it: sums of lengths are rounded."""
 
-NO_SIGHT = f"no features of the videos are named; make them with `features` and name their folder in {FEATURE_FOLDERS}"
+NO_SIGHT = (
+    "no features of the videos are named; make them with the command features and name their folder in "
+    f"{FEATURE_FOLDERS}"
+)
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,8 @@ def answer(opened: OpenedRecording, prediction: FillingPrediction, *, crop_s: so
         "level": None if known is None else known.level,
     }
     beside = {} if crop_s is None else {"whole recording": sound.prediction(opened, None)}
-    beside |= {name: own for name in ("sound", "sight") if (own := getattr(prediction, name, None)) is not None}
+    if isinstance(prediction, FusedPrediction) and prediction.sound is not None and prediction.sight is not None:
+        beside |= {"sound": prediction.sound, "sight": prediction.sight}
     for head in HEADS:
         _verdict(head, prediction, truth[head])
         figure = answer_figure.parts(prediction, head=head, beside=beside, true=truth[head])
