@@ -24,8 +24,10 @@ RETURN_PX = 1.5
 COLOUR = 30.0
 """A pixel agrees if its colour changed by no more, of 255, averaged over its channels."""
 RETURNS_LEAST, MATCHES_LEAST = 0.5, 0.7
-"""Shares of a mask's pixels that must agree in flow and in colour, else the container is lost. In masks of a plain moving
-container that were right, the flow of 0.55 to 0.9 of the pixels agreed."""
+"""Shares of a mask's pixels that must agree in flow and in colour, else the container is lost.
+
+Where the mask of a plain moving container was right, the flow of 0.55 to 0.9 of its pixels agreed.
+"""
 AREA_CHANGE_MAX = 0.25
 
 
