@@ -49,7 +49,7 @@ def fit_panel(opened: OpenedRecording) -> None:
     agreements = opened.agreements(fit, best.centre_rule) if event.settled else {}
     with above:
         measures(found, name=estimate_name, fits=fits, truth=truth)
-        frame_problems(fit, agreements, is_inspected=opened.is_inspected(fit.pair, frame))
+        frame_problems(fit, agreements, is_inspected=opened.is_inspected(fit.pair, frame), box_odds=found.box_odds)
         hull = None if beside is None else (beside[0], beside[1].hull)
         if fit.hull.ok:
             hull_plots(opened, fit, beside=hull, estimated=estimated)

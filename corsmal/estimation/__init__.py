@@ -3,6 +3,7 @@
 from corsmal.estimation.detected import container_mask, counted_frames, file_detections, read_view_detections
 from corsmal.estimation.estimate import estimate
 from corsmal.estimation.fit import Fit, MaskSource, RecordingMasks, fit_frame, fit_masks
+from corsmal.estimation.intervals import frame_intervals
 from corsmal.estimation.means import TrainingMeans
 from corsmal.estimation.records import Estimate
 from corsmal.estimation.several import choose_frames
@@ -21,6 +22,7 @@ __all__ = [
     "file_detections",
     "fit_frame",
     "fit_masks",
+    "frame_intervals",
     "frontal_frame",
     "mass_inputs",
     "read_view_detections",

@@ -120,6 +120,7 @@ def _geometry(
             notes=(*notes, *missing),
             intervals=found.intervals,
             mass_frame=_mass_frame(found.fit.frame, detections, selection, counted),
+            box_odds=found.box_odds,
         )
     values = {name: means.get(name) for name in MEASURED}
     return Estimate(

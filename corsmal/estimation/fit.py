@@ -14,7 +14,7 @@ from corsmal.estimation.detected import container_mask
 from corsmal.geometry import Camera
 from corsmal.parameters import METHOD_VIEWS, CentreRule, SelectionParameters, ShapeParameters
 from corsmal.selection import FrameDetections, Pair
-from corsmal.shape import Dimensions, Hull, fit_hull, measure_hull
+from corsmal.shape import Dimensions, Hull, fit_agreeing, measure_hull
 
 
 class MaskSource(Protocol):
@@ -97,6 +97,12 @@ class Fit:
         """Whether the four quantities are there."""
         return self.dimensions.ok
 
+    @property
+    def view_weights(self) -> dict[str, float]:
+        """How much each view counts, by name, see ``Hull``; empty where all count alike."""
+        views = (*self.pair, *(name for name in METHOD_VIEWS if name not in self.pair))
+        return dict(zip(views, self.hull.view_weights.tolist(), strict=False))
+
 
 def fit_frame(
     recording: Recording,
@@ -141,9 +147,7 @@ def fit_masks(source: MaskSource, *, pair: Pair, frame: int, centre_rule: Centre
                 seen[name] = source.camera(name), source.mask(name, frame, centre_rule)
     cameras, masks = zip(*seen.values(), strict=True)
     try:
-        hull = fit_hull(cameras, masks, shape)
-        if not hull.ok and len(seen) > len(pair):
-            hull = fit_hull(cameras[: len(pair)], masks[: len(pair)], shape)
+        hull = fit_agreeing(cameras, masks, shape)
     except ArgumentError as error:
         return _failed_fit(pair, frame, str(error))
     return Fit(pair, frame, hull, measure_hull(hull, shape))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from corsmal.estimation.fit import Fit
-from corsmal.estimation.several import Interval
+from corsmal.estimation.intervals import Interval
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES, FillingPrediction
 from corsmal.mass.physics import filling_mass_g
 from corsmal.mass.records import MassPrediction
@@ -38,6 +38,7 @@ class Estimate:
         intervals: where the truth lies with a probability of 90 %, lower and upper end by quantity; empty where one
             frame was fitted or none.
         mass_frame: the frame whose mask the mass is predicted from, None without one.
+        box_odds: how much likelier a box is than a round container, by all fitted frames; None where no box was fitted.
     """
 
     recording_id: str
@@ -54,6 +55,7 @@ class Estimate:
     mass: MassPrediction | None = None
     intervals: Mapping[str, Interval] = field(default_factory=dict)
     mass_frame: int | None = None
+    box_odds: float | None = None
 
     @property
     def centre_rule(self) -> CentreRule | None:

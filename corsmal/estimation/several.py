@@ -7,25 +7,21 @@ import numpy as np
 
 from corsmal.dataset import Recording
 from corsmal.estimation.fit import Fit
+from corsmal.estimation.intervals import Interval, frame_intervals, pixel_size_mm, recording_intervals
 from corsmal.geometry import Floats
 from corsmal.parameters import SelectionParameters, ShapeParameters
-from corsmal.quantities import DIMENSIONS, GEOMETRY
+from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame, FrameDetections, Pair, score_frames, select_best_frame
 
-VOTERS = 5
-"""So many fits say whether it is a box, those whose silhouettes agree best with the masks."""
+BOX_SLOPE = 100.0
+"""From the mean gain of overlap by boxes to the logarithm of their odds, as 36 recordings of the demo have it."""
 
 TRUST_POWER = 2
-"""A fit counts with this power of its overlap. The best explained alone would decide less well: a mask that is too wide
-in all frames explains itself, and one in which a hand hides the container does not have that fault."""
+"""A fit counts with the inverse of this power of its predicted error, or with this power of its overlap where there is
+none. The best one by itself would decide less well: a mask that is too wide in all frames explains itself."""
 
 MIDDLE = (0.1, 0.9)
 """Between these quantiles of the fits their spread is read."""
-
-CAPACITY_SCALE, LENGTH_SCALE = 1.6, 1.2
-"""From the spread of the fits and a pixel's size to half of a 90 % interval, as ninety synthetic recordings have it."""
-
-Interval = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,14 +29,16 @@ class Combined:
     """What several fits say together.
 
     Args:
-        fit: the one that is explained best.
+        fit: the one with the least predicted error.
         values: their weighted median, by quantity; None where no fit measures it.
         intervals: where the truth lies with a probability of 90 %, by quantity.
+        box_odds: how much likelier a box is than a solid of revolution; None where no box was fitted.
     """
 
     fit: Fit
     values: Mapping[str, float | None]
     intervals: Mapping[str, Interval]
+    box_odds: float | None = None
 
 
 def choose_frames(
@@ -76,23 +74,46 @@ def choose_frames(
 def combine_fits(fits: Sequence[Fit], recording: Recording) -> Combined | None:
     """What fits of a pair of views in several frames of one recording say together; None where all failed.
 
-    The container is rigid: the median over the fits is taken for each quantity, weighted by how well their silhouettes
-    agree with the masks. A box or a solid of revolution, as most of the best explained say.
+    The container is rigid: the median over the fits is taken for each quantity, weighted by their predicted errors. It
+    is a box or a solid of revolution as all fits together say, weighted alike.
     """
-    found = sorted((fit for fit in fits if fit.ok), key=lambda fit: -(fit.hull.overlap or 0.0))
+    found = sorted((fit for fit in fits if fit.ok), key=_doubt)
     if not found:
         return None
-    boxes = [fit.hull.depth_mm is not None for fit in found]
-    is_box = np.mean(boxes[:VOTERS]) > 0.5
-    alike = [fit for fit, box in zip(found, boxes, strict=True) if box == is_box]
+    odds = _box_odds(found)
+    is_box = odds is not None and odds > 1
+    alike = [fit for fit in found if (fit.hull.depth_mm is not None) == is_box] or found
     table = np.array([[getattr(fit.dimensions, name) for name in GEOMETRY] for fit in alike], dtype=np.float64)
-    weights = np.array([fit.hull.overlap or 1.0 for fit in alike]) ** TRUST_POWER
+    weights = _weights(alike)
     low, middle, high = np.array([_quantiles(column, weights, (MIDDLE[0], 0.5, MIDDLE[1])) for column in table.T]).T
     measured = {name: value for name, value in zip(GEOMETRY, middle.tolist(), strict=True) if not np.isnan(value)}
     values = {name: measured.get(name) for name in GEOMETRY}
     if len(fits) == 1 or len(measured) < len(GEOMETRY):
-        return Combined(alike[0], values, {})
-    return Combined(alike[0], values, _intervals(measured, (high - low) / 2, pixel_mm=_pixel_mm(alike[0], recording)))
+        return Combined(alike[0], values, frame_intervals(alike[0]) if len(fits) == 1 else {}, odds)
+    pixel_mm = pixel_size_mm(alike[0], recording)
+    return Combined(alike[0], values, recording_intervals(measured, (high - low) / 2, pixel_mm=pixel_mm), odds)
+
+
+def _doubt(fit: Fit) -> tuple[float, float]:
+    """What fits are sorted by, the best first: their predicted error, or else how badly they explain the masks."""
+    return (np.inf if fit.hull.error_pct is None else fit.hull.error_pct), -(fit.hull.overlap or 0.0)
+
+
+def _weights(fits: Sequence[Fit]) -> Floats:
+    """How much each fit counts."""
+    errors = [fit.hull.error_pct for fit in fits]
+    if any(error is None for error in errors):
+        return np.array([fit.hull.overlap or 1.0 for fit in fits]) ** TRUST_POWER
+    return np.array(errors, dtype=np.float64) ** -TRUST_POWER
+
+
+def _box_odds(fits: Sequence[Fit]) -> float | None:
+    """How much likelier a box is than what is round, by the mean gain of overlap; None where none was fitted."""
+    known = [fit for fit in fits if fit.hull.box_gain is not None]
+    if not known:
+        return None
+    gain = np.average([fit.hull.box_gain or 0.0 for fit in known], weights=_weights(known))
+    return float(np.exp(np.clip(BOX_SLOPE * gain, -20.0, 20.0)))
 
 
 def _quantiles(values: Floats, weights: Floats, shares: Sequence[float]) -> Floats:
@@ -104,22 +125,3 @@ def _quantiles(values: Floats, weights: Floats, shares: Sequence[float]) -> Floa
     order = np.argsort(values)
     below = np.cumsum(weights[order]) - weights[order] / 2
     return np.interp(np.array(shares) * weights.sum(), below, values[order])
-
-
-def _intervals(values: Mapping[str, float], spreads: Floats, *, pixel_mm: float) -> dict[str, Interval]:
-    """Half an interval holds the spread of the fits and what a pixel more or less of the masks does to a quantity."""
-    sizes = [values[name] for name in DIMENSIONS]
-    pixels = [values["capacity_ml"] * sum(pixel_mm / size for size in sizes), *[pixel_mm] * 3]
-    halves = np.array([CAPACITY_SCALE, *[LENGTH_SCALE] * 3]) * np.hypot(spreads, pixels)
-    return {
-        name: (max(0.0, values[name] - half), values[name] + half)
-        for name, half in zip(GEOMETRY, halves.tolist(), strict=True)
-    }
-
-
-def _pixel_mm(fit: Fit, recording: Recording) -> float:
-    """What a pixel spans at the container, mean of the pair's views."""
-    cameras = [recording.views[name].camera() for name in fit.pair]
-    centre = np.zeros(3) if fit.hull.centroid_m is None else fit.hull.centroid_m
-    spans = [1000 * np.linalg.norm(camera.centre_m - centre) / camera.intrinsic[0, 0] for camera in cameras]
-    return float(np.mean(spans))

@@ -1,5 +1,6 @@
 """The hull: a solid of revolution or a box fitted to masks, its measures and its mesh (paper 3.2)."""
 
+from corsmal.shape.agreeing import fit_agreeing
 from corsmal.shape.circumferences import fit_hull, on_mask
 from corsmal.shape.exporting import MESH_FORMATS, export_mesh, hull_mesh, profile_table
 from corsmal.shape.known_profile import KnownProfile
@@ -18,6 +19,7 @@ __all__ = [
     "capacity_ml",
     "circumference_points",
     "export_mesh",
+    "fit_agreeing",
     "fit_hull",
     "hull_mesh",
     "learn_wall_mm",

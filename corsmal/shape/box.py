@@ -52,7 +52,7 @@ def fit_box(cameras: Sequence[Camera], masks: Sequence[Mask], start: Hull, *, ti
         box, cost = _descend(box, projections, directions, reach_px, tilt)
         if cost < least:
             best, least = box, cost
-    return start if best is None else _hull(best, circumferences=len(start.heights_mm))
+    return start if best is None else _hull(best, start)
 
 
 def _reach(mask: Mask, directions: Floats) -> Floats:
@@ -124,7 +124,8 @@ def _frames(slopes: Floats) -> Floats:
     return np.concatenate([across(direction), direction[:, None]], axis=1)
 
 
-def _hull(box: Floats, *, circumferences: int) -> Hull:
+def _hull(box: Floats, start: Hull) -> Hull:
+    circumferences = len(start.heights_mm)
     middle, (width, depth, height), turn = box[:3], 1000 * box[3:6], float(box[6])
     if width < depth:
         width, depth, turn = depth, width, turn + np.pi / 2
@@ -136,4 +137,6 @@ def _hull(box: Floats, *, circumferences: int) -> Hull:
         direction=_frames(box[None, 7:])[0, 2],
         depth_mm=float(depth),
         yaw=float((turn + np.pi / 2) % np.pi - np.pi / 2),
+        view_weights=start.view_weights,
+        evidence=start.evidence,
     )

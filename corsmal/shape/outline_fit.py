@@ -10,6 +10,7 @@ from corsmal.geometry import Camera
 from corsmal.parameters import ShapeParameters
 from corsmal.shape.box import fit_box
 from corsmal.shape.outlines import Axis, Mask, without_specks
+from corsmal.shape.quality import predicted_error_pct
 from corsmal.shape.records import Hull
 from corsmal.shape.revolution import fit_revolution
 from corsmal.shape.sections import agreement, silhouettes
@@ -41,19 +42,23 @@ def fit_outlines(
     found, explained = _judged(found, cameras, masks)
     if parameters.boxes:
         box, box_explained = _judged(fit_box(cameras, masks, found, tilt_deg=parameters.tilt_deg), cameras, masks)
-        if (box.overlap or 0.0) > (found.overlap or 0.0):
+        gain = (box.overlap or 0.0) - (found.overlap or 0.0)
+        if gain > 0:
             found, explained = box, box_explained
+        found = replace(found, box_gain=gain)
     if explained < EXPLAINED_MIN:
         return Hull.failed(
             f"no solid explains the masks together ({100 * explained:.0f} % of one of them): they may show different "
             "objects",
             centroid_m=centroid_m,
         )
-    return found
+    return replace(found, error_pct=predicted_error_pct(found.evidence, is_box=found.depth_mm is not None))
 
 
 def _judged(hull: Hull, cameras: Sequence[Camera], masks: Sequence[Mask]) -> tuple[Hull, float]:
     """The hull with its overlap, and the least share of a mask that its silhouette covers."""
     found = [agreement(solid, mask) for mask, solid in zip(masks, silhouettes(hull, cameras), strict=True)]
     overlap = float(np.mean([each.overlap for each in found]))
-    return replace(hull, overlap=overlap), min(each.explained for each in found)
+    explained = [each.explained for each in found]
+    evidence = {**hull.evidence, "unexplained": 1 - float(np.mean(explained)), "pair": float(len(found) == 2)}
+    return replace(hull, overlap=overlap, evidence=evidence), min(explained)

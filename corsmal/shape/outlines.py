@@ -13,6 +13,10 @@ Mask = NDArray[np.bool_]
 MARGIN_MM = 6.0
 BORDER_PX = 1.5
 """An outline so near to the image's border is where the picture ends, not where the container does."""
+TONGUE_SHARE = 0.3
+"""What is thinner than this share of the square root of a mask's pixels may be a tongue between fingers."""
+THICK_MIN = 0.9
+"""A mask of which less remains without its thin parts shows a glass on a stem, or too little."""
 SPECK_SHARE = 0.1
 """Pieces of a mask that are smaller, against its largest, are specks; a hand may part a container in larger ones."""
 
@@ -145,6 +149,24 @@ def without_specks(mask: Mask) -> Mask:
     kept = np.zeros_like(mask)
     kept[window] = np.concatenate([[False], areas >= SPECK_SHARE * areas.max()])[labels]
     return kept
+
+
+def whole_mask(mask: Mask) -> Mask:
+    """About what a mask would be without a hand: no tongues between fingers, and bites at its sides filled in.
+
+    That is the convex hull of what remains of the mask without its thin parts. It has the container's axis, not its
+    outline. A mask with much that is thin, such as a glass on its stem, stays as it is.
+    """
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+    crop = np.pad(mask[top : top + height, left : left + width], 1).astype(np.uint8)
+    side = max(3, round(TONGUE_SHARE * float(np.sqrt(np.count_nonzero(crop)))))
+    thick = cv2.morphologyEx(crop, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
+    if np.count_nonzero(thick) < THICK_MIN * np.count_nonzero(crop):
+        return mask
+    contours, _ = cv2.findContours(thick, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left - 1, top - 1))
+    filled = np.zeros(mask.shape, dtype=np.uint8)
+    cv2.fillConvexPoly(filled, cv2.convexHull(np.concatenate(contours)), 1)
+    return filled.view(np.bool_)
 
 
 def _ends(plane: Floats) -> tuple[Floats, Floats]:

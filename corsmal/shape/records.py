@@ -27,6 +27,12 @@ class Hull:
         yaw: a box's turn about its axis, radians: of its width from the x axis.
         overlap: how well the silhouettes of the hull agree with the masks, intersection over union, mean of the
             views; None where it was not computed.
+        view_weights: (V,) how much each view that it was fitted to counts, 1 for the best, 0 for one that was left out;
+            empty where all count alike.
+        box_gain: by how much the overlap of a box exceeds that of a solid of revolution; None where no box was fitted.
+        evidence: what ``error_pct`` is predicted from, by name, see ``corsmal.shape.quality``; it is not kept.
+        error_pct: predicted error of what is measured of it, mean of the four quantities, in %; None where nothing
+            predicts it.
     """
 
     heights_mm: NDArray[np.float64]
@@ -38,6 +44,10 @@ class Hull:
     depth_mm: float | None = None
     yaw: float = 0.0
     overlap: float | None = None
+    view_weights: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    box_gain: float | None = None
+    evidence: Mapping[str, float] = field(default_factory=dict)
+    error_pct: float | None = None
 
     def __post_init__(self) -> None:
         if not self.heights_mm.shape == self.radii_mm.shape == self.converged.shape:
@@ -61,6 +71,8 @@ class Hull:
             facts["depth"] = f"{self.depth_mm:.0f} mm"
         if self.overlap is not None:
             facts["overlap with the masks"] = f"{100 * self.overlap:.1f} %"
+        if self.error_pct is not None:
+            facts["predicted error"] = f"{self.error_pct:.0f} %"
         kind = "solid of revolution" if self.depth_mm is None else "box"
         return record_html(f"Hull, {kind}", facts, picture=outline_svg(heights_mm.tolist(), radii_mm.tolist()))
 

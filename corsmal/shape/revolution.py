@@ -5,12 +5,14 @@ rigid, and what hides it only takes from a mask: so the radii that agree, and li
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.geometry import Camera, Floats
-from corsmal.shape.outlines import Axis, FacingView, Mask
+from corsmal.shape.outlines import Axis, FacingView, Mask, whole_mask
+from corsmal.shape.profiles import smooth_profile
 from corsmal.shape.records import Hull
 
 ROUNDS = 3
@@ -27,7 +29,7 @@ error: it is blurred, or its mask is cut or too wide. Fewer pixels would let a s
 FIRST_QUANTILE = 0.75
 """Of the sides at a height, small to large: what hides a side makes it smaller, a wrong mask may make it larger."""
 
-TILT_WEIGHT = 40.0
+TILT_WEIGHT = 80.0
 """Rows of an outline err together: this many mm² of error between independent ones, against the expected tilt."""
 
 INSET_MM = 4.0
@@ -59,7 +61,8 @@ def fit_revolution(
     for repetition in range(ROUNDS):
         if any(_steepness(camera, axis) > STEEPEST for camera in cameras):
             return Hull.failed("a camera looks along the container's axis", centroid_m=axis.point_m)
-        views = [FacingView(camera, mask, axis) for camera, mask in zip(cameras, masks, strict=True)]
+        shown = masks if repetition else [whole_mask(mask) for mask in masks]
+        views = [FacingView(camera, mask, axis) for camera, mask in zip(cameras, shown, strict=True)]
         extents = np.array([view.extent_mm for view in views])
         low_mm, high_mm = extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)
         if not (high_mm - low_mm < SIZE_MAX_MM).all():
@@ -76,14 +79,16 @@ def fit_revolution(
             return Hull.failed(
                 "the views show different heights of the axis: they may show different objects", centroid_m=axis.point_m
             )
-        shift_mm, slope, radii_mm, trust = _agree(views, sides, heights_mm, axis, tilt_deg=tilt_deg)
+        agreed = _agree(views, sides, heights_mm, axis, tilt_deg=tilt_deg)
         if repetition < ROUNDS - 1:
-            axis = axis.moved(shift_mm, slope)
-    seen = np.isfinite(radii_mm)
+            axis = axis.moved(agreed.shift_mm, agreed.slope)
+    smooth_mm = smooth_profile(agreed.radii_mm, agreed.weights.sum(axis=(0, 1)))
+    seen = np.isfinite(smooth_mm)
     if seen.sum() < HEIGHT_MIN_MM:
         return Hull.failed("the masks show too little of the container", centroid_m=axis.point_m)
-    heights_mm, radii_mm = heights_mm[seen], radii_mm[seen]
-    base_mm, rim_mm = (_end(views, trust, heights_mm, radii_mm, upper=upper) for upper in (False, True))
+    heights_mm, radii_mm = heights_mm[seen], smooth_mm[seen]
+    ends = [_end(views, agreed.trust, heights_mm, radii_mm, upper=upper) for upper in (False, True)]
+    (base_mm, _), (rim_mm, _) = ends
     if not rim_mm - base_mm > HEIGHT_MIN_MM:
         return Hull.failed("the masks show no more than a rim or a base", centroid_m=axis.point_m)
     places_mm = np.linspace(base_mm, rim_mm, circumferences)
@@ -94,7 +99,23 @@ def fit_revolution(
         np.ones(circumferences, dtype=bool),
         axis.point_m,
         direction=axis.direction,
+        view_weights=agreed.trust,
+        evidence=_evidence(agreed, smooth_mm, views, ends),
     )
+
+
+def _evidence(
+    agreed: "_Agreed", radii_mm: Floats, views: Sequence[FacingView], ends: Sequence[tuple[float, float]]
+) -> dict[str, float]:
+    """What says how good the fit is, see ``corsmal.shape.quality``; ``ends``: heights and spreads."""
+    radius_mm = max(float(np.nanmean(radii_mm)), 1.0)
+    bent = np.abs(agreed.radii_mm - radii_mm)
+    (base_mm, base_spread_mm), (rim_mm, rim_spread_mm) = ends
+    return {
+        "bent": float(bent[np.isfinite(bent)].mean()) / radius_mm,
+        "ends": (base_spread_mm + rim_spread_mm) / max(rim_mm - base_mm, 1.0),
+        "coarse": float(np.mean([view.pixel_mm for view in views])) / radius_mm,
+    }
 
 
 def _steepness(camera: Camera, axis: Axis) -> float:
@@ -102,9 +123,26 @@ def _steepness(camera: Camera, axis: Axis) -> float:
     return abs(float(towards @ axis.direction)) / max(float(np.linalg.norm(towards)), 1e-9)
 
 
-def _agree(
-    views: Sequence[FacingView], sides: Floats, heights_mm: Floats, axis: Axis, *, tilt_deg: float
-) -> tuple[Floats, Floats, Floats, Floats]:
+@dataclass(frozen=True, eq=False)
+class _Agreed:
+    """What the sides of the views agree on.
+
+    Args:
+        shift_mm: (2,) of the axis.
+        slope: (2,) of the axis.
+        radii_mm: (H,) NaN where nothing is seen.
+        weights: (V, 2, H) how much each side counts at each height.
+        trust: (V,) how much each view counts, at most 1.
+    """
+
+    shift_mm: Floats
+    slope: Floats
+    radii_mm: Floats
+    weights: Floats
+    trust: Floats
+
+
+def _agree(views: Sequence[FacingView], sides: Floats, heights_mm: Floats, axis: Axis, *, tilt_deg: float) -> "_Agreed":
     """Shift and slope of the axis and the radius at each height that most sides of most views agree on.
 
     Every side of every view says ``radius ± (shift + slope · height) along its sideways``. Radii are eliminated per
@@ -116,9 +154,6 @@ def _agree(
         heights_mm: (H,).
         axis: that the radii are counted from.
         tilt_deg: how far it is expected to lean.
-
-    Returns:
-        (2,) shift, mm, (2,) slope, (H,) radii, mm, NaN where nothing is seen, (V,) what each view counts, at most 1.
     """
     seen = np.isfinite(sides)
     sides = np.where(seen, sides, 0.0)
@@ -146,7 +181,8 @@ def _agree(
         weighted = flat * weights.reshape(-1, 1)
         unknowns = np.linalg.solve(weighted.T @ flat + prior, weighted.T @ measured.ravel())
     shift, slope = unknowns[:2], unknowns[2:] if tilt_deg > 0 else np.zeros(2)
-    return shift, slope, np.where(seen.any(axis=(0, 1)), radii_mm, np.nan), trust
+    radii_mm = np.where(seen.any(axis=(0, 1)), radii_mm, np.nan)
+    return _Agreed(shift, slope, radii_mm, weights, trust)
 
 
 def _trust(error_mm: Floats, seen: NDArray[np.bool_], pixels_mm: Floats) -> Floats:
@@ -165,9 +201,12 @@ def _upper(sides: Floats, seen: NDArray[np.bool_]) -> Floats:
     return np.where(counts > 0, found, 0.0)
 
 
-def _end(views: Sequence[FacingView], trust: Floats, heights_mm: Floats, radii_mm: Floats, *, upper: bool) -> float:
-    """Height of the base or the rim: the first circle, from the middle on, whose silhouette reaches the mask's end.
+def _end(
+    views: Sequence[FacingView], trust: Floats, heights_mm: Floats, radii_mm: Floats, *, upper: bool
+) -> tuple[float, float]:
+    """Height of the base or the rim, and how far the views disagree on it.
 
+    It is the first circle, from the middle on, whose silhouette reaches the mask's end.
     Circles beyond it would still project inside the mask, whose end is the far or near side of the rim or base.
     """
     middle = len(heights_mm) // 2
@@ -188,10 +227,10 @@ def _end(views: Sequence[FacingView], trust: Floats, heights_mm: Floats, radii_m
             ends.append(reached)
             counts.append(count)
     if not ends:
-        return float(heights_mm[-1 if upper else 0])
+        return float(heights_mm[-1 if upper else 0]), 0.0
     found = sign * np.array(ends)
     weights = np.array(counts) / (1 + ((found - found.max()) / END_TRUST_MM) ** 2) ** 2
-    return sign * float((weights * found).sum() / weights.sum())
+    return sign * float((weights * found).sum() / weights.sum()), float(np.ptp(found))
 
 
 def _crossing(places_mm: Floats, missing_mm: Floats) -> float | None:

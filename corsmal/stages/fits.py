@@ -12,8 +12,8 @@ from corsmal.stages.detections import DetectionSet
 from corsmal.stages.version import METHOD_VERSION, READING_VERSION
 from corsmal.store import Store, digest, file_fingerprint
 
-ARRAYS = ("heights_mm", "radii_mm", "converged", "centroid_m", "direction")
-NUMBERS = ("depth_mm", "yaw", "overlap")
+ARRAYS = ("heights_mm", "radii_mm", "converged", "centroid_m", "direction", "view_weights")
+NUMBERS = ("depth_mm", "yaw", "overlap", "box_gain", "error_pct")
 """What is kept of a hull; a number that it does not have is kept as NaN."""
 
 

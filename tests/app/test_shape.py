@@ -10,7 +10,14 @@ import trimesh
 from streamlit.delta_generator import DeltaGenerator
 
 from corsmal.dataset import open_dataset
-from corsmal.estimation import container_mask, estimate, read_view_detections
+from corsmal.estimation import (
+    container_mask,
+    estimate,
+    file_detections,
+    fit_frame,
+    frame_intervals,
+    read_view_detections,
+)
 from corsmal.figures.style import PRESET_COLOURS
 from corsmal.parameters import PAIRS, HeightRange, SelectionParameters, ShapeParameters
 from corsmal.shape import Hull, fit_hull, measure_hull
@@ -97,6 +104,20 @@ def test_poor_fit_says_how_much_of_the_masks_it_explains(real_root: Path) -> Non
     visitor.go_to(63)
     assert "A poor fit" in visitor.sentences
     assert "of view3's" in visitor.sentences
+
+
+def test_a_frames_predicted_error_the_weights_of_its_views_and_its_intervals_are_shown(real_root: Path) -> None:
+    visitor = Visitor(real_root, recording="000618", preset="tuned", estimate="paper", frame="0").open("shape")
+    recording = open_dataset(real_root)["000618"]
+    detections, _ = file_detections(recording)
+    fit = fit_frame(recording, detections, pair=PAIRS[0], frame=0, centre_rule="none", shape=ShapeParameters.tuned())
+    assert f"Predicted error of this frame: **{fit.hull.error_pct:.0f} %**" in visitor.sentences
+    assert all(f"{view} {weight:.2f}" in visitor.sentences for view, weight in fit.view_weights.items())
+    low, high = frame_intervals(fit)["capacity_ml"]
+    assert f"(90 %: {low:.0f}–{high:.0f})" in visitor.sentences
+    assert "explains the masks better than a box" in visitor.sentences
+    visitor.choose("preset_control", "paper")
+    assert "Predicted error" not in visitor.sentences
 
 
 def test_page_says_which_parameters_do_something(visitor: Visitor) -> None:

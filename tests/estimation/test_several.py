@@ -11,7 +11,8 @@ from corsmal.estimation import (
     file_detections,
     fit_frame,
 )
-from corsmal.estimation.several import CAPACITY_SCALE, LENGTH_SCALE, combine_fits
+from corsmal.estimation.intervals import BOX_SCALES, CAPACITY_SCALE, LENGTH_SCALE, ROUND_SCALES, frame_intervals
+from corsmal.estimation.several import BOX_SLOPE, combine_fits
 from corsmal.parameters import ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import select_best_frame
@@ -36,7 +37,7 @@ class Seen:
 SEEN = Seen()
 
 
-def fit(frame, *, overlap, capacity_ml=500.0, depth_mm=None):
+def fit(frame, *, overlap, capacity_ml=500.0, depth_mm=None, box_gain=None, error_pct=None):
     hull = Hull(
         np.array([0.0, 100.0]),
         np.array([40.0, 40.0]),
@@ -44,6 +45,8 @@ def fit(frame, *, overlap, capacity_ml=500.0, depth_mm=None):
         np.array([0.0, 0.0, 0.05]),
         depth_mm=depth_mm,
         overlap=overlap,
+        box_gain=box_gain,
+        error_pct=error_pct,
     )
     return Fit(PAIR, frame, hull, Dimensions(capacity_ml, 80.0, 80.0, 100.0))
 
@@ -63,6 +66,14 @@ def test_what_explains_the_masks_better_counts_more():
     assert combine_fits(fits, SEEN).values["capacity_ml"] == pytest.approx(400 + 100 * (0.48 - 0.32) / (0.72 - 0.32))
 
 
+def test_a_smaller_predicted_error_counts_with_its_square():
+    # inverse squares: 1/4, 1/16, 1/16; the first one's middle is at 0.125, the second's at 0.28125, half at 0.1875
+    errors = {0: (2.0, 400.0), 1: (4.0, 500.0), 2: (4.0, 600.0)}
+    fits = [fit(n, overlap=0.8, capacity_ml=value, error_pct=error) for n, (error, value) in errors.items()]
+    middle = 400 + 100 * (0.1875 - 0.125) / (0.28125 - 0.125)
+    assert combine_fits(fits, SEEN).values["capacity_ml"] == pytest.approx(middle)
+
+
 def test_intervals_hold_spread_and_a_pixel():
     found = combine_fits([fit(n, overlap=0.9, capacity_ml=480.0 + 5 * n) for n in range(9)], SEEN)
     low, high = found.intervals["height_mm"]
@@ -78,11 +89,36 @@ def test_intervals_hold_spread_and_a_pixel():
     assert (high - low) / 2 == pytest.approx(CAPACITY_SCALE * np.hypot(spread, pixels))
 
 
-def test_most_of_the_best_decide_whether_it_is_a_box():
-    fits = [fit(0, overlap=0.95, capacity_ml=900.0), *(fit(n, overlap=0.8, depth_mm=50.0) for n in (1, 2, 3))]
-    found = combine_fits(fits, SEEN)
-    assert found.fit.frame == 1
+def test_all_fits_decide_whether_it_is_a_box_by_how_much_better_boxes_explain():
+    votes = [fit(n, overlap=0.8, capacity_ml=900.0, box_gain=-0.02) for n in range(3)]
+    votes += [fit(n, overlap=0.8, depth_mm=50.0, box_gain=0.04) for n in (3, 4, 5)]
+    found = combine_fits(votes, SEEN)
     assert found.values["capacity_ml"] == 500
+    assert found.fit.hull.depth_mm == 50
+    assert found.box_odds == pytest.approx(np.exp(BOX_SLOPE * (3 * 0.04 - 3 * 0.02) / 6))
+    found = combine_fits([replace_gain(vote, -0.05 if vote.hull.depth_mm is None else 0.04) for vote in votes], SEEN)
+    assert found.values["capacity_ml"] == 900
+    assert found.box_odds < 1
+
+
+def replace_gain(vote, gain):
+    return replace(vote, hull=replace(vote.hull, box_gain=gain))
+
+
+def test_the_fit_with_the_least_predicted_error_is_shown():
+    fits = [fit(0, overlap=0.95, error_pct=12.0), fit(1, overlap=0.8, error_pct=4.0), fit(2, overlap=0.9)]
+    assert combine_fits(fits, SEEN).fit.frame == 1
+
+
+def test_one_frame_has_the_interval_that_its_predicted_error_gives():
+    found = combine_fits([fit(3, overlap=0.9, error_pct=10.0)], SEEN)
+    low, high = found.intervals["height_mm"]
+    assert (low + high) / 2 == pytest.approx(100)
+    assert (high - low) / 2 == pytest.approx(100 * 0.10 * ROUND_SCALES[3])
+    wide = frame_intervals(fit(3, overlap=0.9, error_pct=20.0))["height_mm"]
+    assert wide[1] - wide[0] == pytest.approx(2 * (high - low))
+    boxed = frame_intervals(fit(3, overlap=0.9, error_pct=10.0, depth_mm=40.0))["capacity_ml"]
+    assert (boxed[1] - boxed[0]) / 2 == pytest.approx(500 * 0.10 * BOX_SCALES[0])
 
 
 def test_one_frame_has_no_interval_and_none_no_answer():
@@ -133,6 +169,8 @@ def test_the_third_view_joins_where_it_shows_the_container(tiny):
     without = {name: views for name, views in detections.items() if name != "view1"}
     alone = fit_frame(recording, without, **choice, shape=ShapeParameters.tuned())
     assert three.ok
+    assert list(three.view_weights) == ["view3", "view2", "view1"]
+    assert list(pair.view_weights) == ["view3", "view2"]
     assert three.dimensions.capacity_ml != pair.dimensions.capacity_ml
     assert alone.dimensions.capacity_ml == pair.dimensions.capacity_ml
 

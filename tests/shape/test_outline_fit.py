@@ -97,7 +97,7 @@ def test_a_view_whose_mask_is_too_small_is_outvoted(profile, smaller):
     masks[index] = cv2.erode(masks[index].view(np.uint8), np.ones((9, 9), np.uint8)).astype(bool)
     heights, radii = profile
     truth = [2 * radii[-1], 2 * radii[0], heights[-1]]
-    np.testing.assert_allclose(measured(fit_hull(cameras, masks, OUTER)), truth, atol=PIXEL_MM)
+    np.testing.assert_allclose(measured(fit_hull(cameras, masks, OUTER)), truth, atol=1.25 * PIXEL_MM)
 
 
 @pytest.mark.parametrize(("tilt_deg", "about_deg"), [(6, 0), (6, 90), (10, 200)])
@@ -106,7 +106,7 @@ def test_a_leaning_cup_is_measured_along_its_axis(tilt_deg, about_deg):
     rings, axis = leaning(CUP, tilt_deg=tilt_deg, about_deg=about_deg)
     masks = [painted(camera, [rings.reshape(-1, 3)]) for camera in cameras]
     hull = fit_hull(cameras, masks, OUTER)
-    assert np.degrees(np.arccos(hull.direction @ axis)) < 1.5
+    assert np.degrees(np.arccos(hull.direction @ axis)) < 2
     np.testing.assert_allclose(measured(hull), [98, 61, 119], atol=2.5 * PIXEL_MM)
     upright = fit_hull(cameras, masks, ShapeParameters(**{**vars(OUTER), "tilt_deg": 0.0}))
     assert upright.direction.tolist() == [0, 0, 1]

@@ -6,7 +6,7 @@ from functools import partial
 import streamlit as st
 
 from corsmal.dataset import Recording
-from corsmal.estimation import Estimate, Fit
+from corsmal.estimation import Estimate, Fit, frame_intervals
 from corsmal.quantities import BY_NAME, GEOMETRY
 from corsmal.shape import MESH_FORMATS, Agreement, export_mesh, profile_table
 from corsmal.ui.amounts import amount, measure, percent_error
@@ -16,6 +16,8 @@ from corsmal.ui.messages import plain
 POOR_OVERLAP = 0.8
 """Of the fits of ``tuned`` in 26 frames of 000618, the ten that agree less than this with the masks are off by 14 % on
 average (mean of the four quantities), the others by 7 %."""
+
+ODDS_SHOWN_MAX = 1000
 
 
 def annotated(recording: Recording) -> dict[str, float]:
@@ -43,7 +45,8 @@ def measures(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fit]], tru
             single: float | None = getattr(fit.dimensions, quantity)
             if single is not None:
                 against = f", {percent_error(single, value)}" if value else ""
-                lines.append(f"this frame, `{parameters}`: **{amount(quantity, single)}**{against}")
+                between = _between(quantity, frame_intervals(fit))
+                lines.append(f"this frame, `{parameters}`: **{amount(quantity, single)}**{against}{between}")
             elif fit.ok:
                 lines.append(f"this frame, `{parameters}`: none, {fit.dimensions.unmeasured[quantity]}")
         column.caption("  \n".join(lines))
@@ -75,17 +78,27 @@ def _sureness(found: Estimate, quantity: str, name: str) -> str:
         return f"{name}: " + ("not measured" if getattr(found, quantity) is None else "not measured, training mean")
     if quantity not in found.intervals:
         return f"{name}: frame {found.fit.frame}"
-    low, high = found.intervals[quantity]
-    return f"{name}: {low:.0f}–{high:.0f} {BY_NAME[quantity].unit} (90 %)"
+    return f"{name}: {_range(found.intervals[quantity])} {BY_NAME[quantity].unit} (90 %)"
 
 
-def frame_problems(fit: Fit, agreements: Mapping[str, Agreement], *, is_inspected: bool) -> None:
-    """Why there is no fit of the shown frame, or why not to trust it.
+def _between(quantity: str, intervals: Mapping[str, tuple[float, float]]) -> str:
+    return f" (90 %: {_range(intervals[quantity])})" if quantity in intervals else ""
+
+
+def _range(interval: tuple[float, float]) -> str:
+    return "{:.0f}–{:.0f}".format(*interval)
+
+
+def frame_problems(
+    fit: Fit, agreements: Mapping[str, Agreement], *, is_inspected: bool, box_odds: float | None
+) -> None:
+    """Why there is no fit of the shown frame, or how far to trust it.
 
     Args:
         fit: of the shown frame.
         agreements: of its silhouettes with the masks, by view; empty while something is dragged.
         is_inspected: whether a detector has inspected the frame in both views.
+        box_odds: of a box over the whole recording, see ``Estimate``.
     """
     where = f"{' + '.join(fit.pair)} in frame {fit.frame}"
     if not is_inspected:
@@ -107,9 +120,37 @@ def frame_problems(fit: Fit, agreements: Mapping[str, Agreement], *, is_inspecte
                 f":material/warning: **A poor fit**: the hull explains {shares} mask pixels and covers {beyond} beyond "
                 f"the masks (overlap {100 * overlap:.0f} %). The whole recording counts more than this frame."
             )
-    if fit.ok and fit.hull.depth_mm is not None:
+    if fit.ok and (said := " ".join(filter(None, [_predicted(fit), _kind(fit, box_odds)]))):
+        st.caption(said)
+
+
+def _predicted(fit: Fit) -> str:
+    """The error that is predicted of a frame's fit, and how much its views count; empty where nothing predicts it."""
+    if fit.hull.error_pct is None:
+        return ""
+    weights = ", ".join(
+        f"{view} {weight:.2f}" if weight else f"{view} 0 (it contradicts the others)"
+        for view, weight in fit.view_weights.items()
+    )
+    return (
+        f"Predicted error of this frame: **{fit.hull.error_pct:.0f} %** (mean of the four quantities). "
+        f"Weights of the views: {weights}."
+    )
+
+
+def _kind(fit: Fit, box_odds: float | None) -> str:
+    """Whether it is a box, in this frame and over the recording; empty where no box was tried."""
+    if fit.hull.box_gain is None:
+        return ""
+    text = "In this frame a round container explains the masks better than a box."
+    if fit.hull.depth_mm is not None:
         depth = amount("height_mm", fit.hull.depth_mm)
-        st.caption(f"A box: the silhouettes agree better with one than with a round container; {depth} deep.")
+        text = f"A box: the silhouettes agree better with one than with a round container; {depth} deep."
+    if box_odds is None:
+        return text
+    kind, odds = ("a box", box_odds) if box_odds >= 1 else ("a round container", 1 / max(box_odds, 1e-9))
+    more = " or more" if odds > ODDS_SHOWN_MAX else ""
+    return f"{text} Over the whole recording: {kind}, odds {min(odds, ODDS_SHOWN_MAX):.0f} to 1{more}."
 
 
 def hull_downloads(recording_id: str, fit: Fit) -> None:

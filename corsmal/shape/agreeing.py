@@ -1,0 +1,60 @@
+"""The views that a hull is fitted to: all of them, or those that agree."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from corsmal.geometry import Camera
+from corsmal.parameters import ShapeParameters
+from corsmal.shape.circumferences import fit_hull
+from corsmal.shape.outlines import Mask
+from corsmal.shape.records import Hull
+from corsmal.shape.sections import agreement, silhouettes
+
+AGREED = 0.75
+"""A hull whose silhouettes overlap the masks so well, intersection over union, has no view to leave out."""
+GAIN = 0.06
+"""A view is left out where the overlap of all views, that view included, grows by more than that. A hand that hides a
+side makes hulls that please two views a little better, and wrong; a mask of another object makes them much better."""
+
+
+def fit_agreeing(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: ShapeParameters) -> Hull:
+    """Fit a hull to the masks of several views, without one that contradicts the others.
+
+    A mask of another object, or of the container and something else, bends a hull that has to please it. With three
+    views or more, where the hull fails or explains the masks badly, each view is left out in turn, the last one first;
+    those views are taken whose hull's silhouettes overlap the masks of *all* views best. With the method
+    ``circumferences`` that is done only for a hull that failed.
+
+    Args are as in ``fit_hull``.
+
+    Returns:
+        The hull; its ``view_weights`` are 0 for a view that was left out.
+    """
+    best = fit_hull(cameras, masks, parameters)
+    most = _overlap(best, cameras, masks) + GAIN if best.ok else 0.0
+    is_good = best.ok and (parameters.method == "circumferences" or most - GAIN >= AGREED)
+    if len(cameras) < 3 or is_good:
+        return best
+    chosen: list[int] = []
+    for left_out in reversed(range(len(cameras))):
+        kept = [index for index in range(len(cameras)) if index != left_out]
+        tried = _fit(cameras, masks, replace(parameters, boxes=False), kept)
+        if tried.ok and (overlap := _overlap(tried, cameras, masks)) > most:
+            chosen, most = kept, overlap
+    return _fit(cameras, masks, parameters, chosen) if chosen else best
+
+
+def _fit(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: ShapeParameters, kept: Sequence[int]) -> Hull:
+    """The hull of some views, with weights for all."""
+    hull = fit_hull([cameras[index] for index in kept], [masks[index] for index in kept], parameters)
+    weights = np.zeros(len(cameras))
+    weights[list(kept)] = hull.view_weights if len(hull.view_weights) else 1.0
+    return replace(hull, view_weights=weights)
+
+
+def _overlap(hull: Hull, cameras: Sequence[Camera], masks: Sequence[Mask]) -> float:
+    """Intersection over union of the silhouettes and the masks, mean of all views."""
+    seen = silhouettes(hull, cameras)
+    return float(np.mean([agreement(solid, mask).overlap for solid, mask in zip(seen, masks, strict=True)]))
