@@ -13,8 +13,9 @@ from corsmal.parameters import SelectionParameters, ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame, FrameDetections, Pair, score_frames, select_best_frame
 
-BOX_SLOPE = 100.0
-"""From the mean gain of overlap by boxes to the logarithm of their odds, as 36 recordings of the demo have it."""
+BOX_SLOPE, BOX_LOSS = 100.0, 0.024
+"""From the mean gain of overlap by boxes to the logarithm of their odds, as 36 recordings of the demo have it: a box
+that a hand hides may lose a little overlap against what is round, and nothing round loses as little."""
 
 TRUST_POWER = 2
 """A fit counts with the inverse of this power of its predicted error, or with this power of its overlap where there is
@@ -113,7 +114,7 @@ def _box_odds(fits: Sequence[Fit]) -> float | None:
     if not known:
         return None
     gain = np.average([fit.hull.box_gain or 0.0 for fit in known], weights=_weights(known))
-    return float(np.exp(np.clip(BOX_SLOPE * gain, -20.0, 20.0)))
+    return float(np.exp(np.clip(BOX_SLOPE * (gain + BOX_LOSS), -20.0, 20.0)))
 
 
 def _quantiles(values: Floats, weights: Floats, shares: Sequence[float]) -> Floats:

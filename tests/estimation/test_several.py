@@ -12,7 +12,7 @@ from corsmal.estimation import (
     fit_frame,
 )
 from corsmal.estimation.intervals import BOX_SCALES, CAPACITY_SCALE, LENGTH_SCALE, ROUND_SCALES, frame_intervals
-from corsmal.estimation.several import BOX_SLOPE, combine_fits
+from corsmal.estimation.several import BOX_LOSS, BOX_SLOPE, combine_fits
 from corsmal.parameters import ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import select_best_frame
@@ -95,8 +95,8 @@ def test_all_fits_decide_whether_it_is_a_box_by_how_much_better_boxes_explain():
     found = combine_fits(votes, SEEN)
     assert found.values["capacity_ml"] == 500
     assert found.fit.hull.depth_mm == 50
-    assert found.box_odds == pytest.approx(np.exp(BOX_SLOPE * (3 * 0.04 - 3 * 0.02) / 6))
-    found = combine_fits([replace_gain(vote, -0.05 if vote.hull.depth_mm is None else 0.04) for vote in votes], SEEN)
+    assert found.box_odds == pytest.approx(np.exp(BOX_SLOPE * ((3 * 0.04 - 3 * 0.02) / 6 + BOX_LOSS)))
+    found = combine_fits([replace_gain(vote, -0.1 if vote.hull.depth_mm is None else 0.04) for vote in votes], SEEN)
     assert found.values["capacity_ml"] == 900
     assert found.box_odds < 1
 
