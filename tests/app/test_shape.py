@@ -111,7 +111,7 @@ def test_a_frames_predicted_error_the_weights_of_its_views_and_its_intervals_are
     recording = open_dataset(real_root)["000618"]
     detections, _ = file_detections(recording)
     fit = fit_frame(recording, detections, pair=PAIRS[0], frame=0, centre_rule="none", shape=ShapeParameters.tuned())
-    assert f"Predicted error of this frame: **{fit.hull.error_pct:.0f} %**" in visitor.sentences
+    assert f"Predicted error of the fit: **{fit.hull.error_pct:.0f} %**" in visitor.sentences
     assert all(f"{view} {weight:.2f}" in visitor.sentences for view, weight in fit.view_weights.items())
     low, high = frame_intervals(fit)["capacity_ml"]
     assert f"(90 %: {low:.0f}–{high:.0f})" in visitor.sentences

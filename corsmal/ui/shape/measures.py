@@ -133,7 +133,7 @@ def _predicted(fit: Fit) -> str:
         for view, weight in fit.view_weights.items()
     )
     return (
-        f"Predicted error of this frame: **{fit.hull.error_pct:.0f} %** (mean of the four quantities). "
+        f"Predicted error of the fit: **{fit.hull.error_pct:.0f} %** (mean of the four quantities). "
         f"Weights of the views: {weights}."
     )
 
@@ -142,7 +142,7 @@ def _kind(fit: Fit, box_odds: float | None) -> str:
     """Whether it is a box, in this frame and over the recording; empty where no box was tried."""
     if fit.hull.box_gain is None:
         return ""
-    text = "In this frame a round container explains the masks better than a box."
+    text = "A round container explains the masks better than a box here."
     if fit.hull.depth_mm is not None:
         depth = amount("height_mm", fit.hull.depth_mm)
         text = f"A box: the silhouettes agree better with one than with a round container; {depth} deep."
