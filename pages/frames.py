@@ -15,7 +15,7 @@ from corsmal.ui.frames import (
     selection_control,
 )
 from corsmal.ui.look import heading
-from corsmal.ui.mask_editor import mask_editor, masks_control
+from corsmal.ui.mask_editor import editor_control, mask_editor, masks_control
 from corsmal.ui.opened import OpenedRecording, show_panel
 from corsmal.ui.pair import pair_control
 from corsmal.ui.pins import pin_button
@@ -31,6 +31,8 @@ with controls, st.container(horizontal=True, vertical_alignment="bottom"):
         best = pair_control(opened, opened.estimate(shape), shape)
     with st.container(width="content"):
         clock_control(opened)
+    with st.container(width="content"):
+        editor_control(opened, best.pair[0])
     with st.container(width="content"):
         masks_control(opened)
 

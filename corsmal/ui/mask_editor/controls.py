@@ -28,26 +28,17 @@ def edit_control(view: str, *, frame: int, key: str) -> None:
         st.switch_page("pages/frames.py")
 
 
-def toggle_control(opened: OpenedRecording, view: str) -> bool:
-    """Open or close the editor.
-
-    Args:
-        opened: the recording.
-        view: the view that is edited at first.
-
-    Returns:
-        Whether it is open.
-    """
-    views = [name for name in METHOD_VIEWS if name in opened.recording.views]
+def editor_control(opened: OpenedRecording, view: str) -> None:
+    """Open or close the editor, at first of a view; nothing where there is nothing to edit."""
+    if not any(name in opened.recording.views for name in METHOD_VIEWS):
+        return
     edited = session.choice().edited
-    if not views:
-        return False
-    st.session_state["edit_masks"] = edited is not None
-    st.toggle(
-        "Correct masks by hand",
+    st.button(
+        "Correct",
+        icon=":material/draw:",
         key="edit_masks",
-        on_change=lambda: session.choose(edited=None if edited is not None else view),
-        help="Draw the container's outline where the detector erred, and see what the estimate would be. What was "
-        "detected stays; *Masks by hand* above says which are used.",
+        type="secondary" if edited is None else "primary",
+        on_click=lambda: session.choose(edited=view if edited is None else None),
+        help="Correct masks by hand: draw the container's outline where the detector erred, and see what the estimate "
+        "would be. What was detected stays; *Masks by hand* says which are used. Pressed again it closes the editor.",
     )
-    return edited is not None

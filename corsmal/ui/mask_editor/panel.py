@@ -8,7 +8,7 @@ import pandas as pd
 import streamlit as st
 
 from corsmal.estimation import Fit
-from corsmal.parameters import SHAPE_PRESETS, selection_of
+from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS, selection_of
 from corsmal.quantities import BY_NAME, GEOMETRY
 from corsmal.selection import BestFrame
 from corsmal.stages.hand_comparison import compare_masks, compare_outlines, frames_to_correct, mask_sentence
@@ -16,7 +16,6 @@ from corsmal.ui import session, shared
 from corsmal.ui.folders import is_read_only
 from corsmal.ui.linked_plot.component import fresh_report
 from corsmal.ui.mask_editor.component import EDITOR, editor_component
-from corsmal.ui.mask_editor.controls import toggle_control
 from corsmal.ui.mask_editor.edited import EditedFrame
 from corsmal.ui.mask_editor.edits import outcome
 from corsmal.ui.mask_editor.fits import fits_of
@@ -29,7 +28,7 @@ NEXT_SHOWN = 5
 
 
 def mask_editor(opened: OpenedRecording, best: BestFrame, frame: int) -> bool:
-    """Show the switch of the editor, and the editor where it is on.
+    """Show the editor where it is on.
 
     Args:
         opened: the recording.
@@ -39,7 +38,7 @@ def mask_editor(opened: OpenedRecording, best: BestFrame, frame: int) -> bool:
     Returns:
         Whether the editor is open.
     """
-    if not toggle_control(opened, best.pair[0]):
+    if session.choice().edited is None or opened.recording.views.keys().isdisjoint(METHOD_VIEWS):
         return False
     detected = opened
     if opened.recording.masks != "detected":
