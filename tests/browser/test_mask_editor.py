@@ -1,6 +1,7 @@
 """Masks by hand in a real browser: each tool with mouse, keys and fingers, and what is there after a reload."""
 
 import re
+import time
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from corsmal.by_hand import MaskHistory
 from corsmal.dataset import open_dataset
 from corsmal.store import Store
+from tests.browser.conftest import STEP_TIMEOUT_MS
 from tests.tiny import CONTAINERS, base_in_frame, silhouette, tiny_cameras, write_tiny_dataset
 
 pytestmark = pytest.mark.browser
@@ -75,11 +77,14 @@ def mask_of(place: dict[str, Any], version: int) -> np.ndarray:
 
 
 def done(page: Page, place: dict[str, Any], act: Any) -> np.ndarray:
-    """Do something, wait until the server has answered, and read the mask."""
+    """Do something, wait until the server has kept it and the browser shows it, and read the mask."""
     version = place["masks"].frame(FRAME).version
     root = page.locator(".mask-editor")
     before = root.get_attribute("data-acknowledged")
     act()
+    deadline_s = time.monotonic() + STEP_TIMEOUT_MS / 1000
+    while place["masks"].frame(FRAME).version == version and time.monotonic() < deadline_s:
+        page.wait_for_timeout(50)
     expect(root).not_to_have_attribute("data-acknowledged", before or "none")
     page.wait_for_timeout(100)
     return mask_of(place, version)
