@@ -1,9 +1,12 @@
-"""``python -m corsmal.demo FOLDER``: make the ready-made demo anew; FOLDER is a new one, for intermediate results."""
+"""``python -m corsmal.demo FOLDER``: make the ready-made demo anew."""
 
+import argparse
 import sys
 from pathlib import Path
 
 from corsmal.demo.packing import make_pack
 
 if __name__ == "__main__":
-    make_pack(Path(sys.argv[1]), say=lambda step: sys.stderr.write(f"{step}\n"))
+    parser = argparse.ArgumentParser(prog="python -m corsmal.demo", description="Make the ready-made demo anew.")
+    parser.add_argument("folder", type=Path, help="a new folder, for intermediate results")
+    make_pack(parser.parse_args().folder, say=lambda step: sys.stderr.write(f"{step}\n"))
