@@ -42,6 +42,7 @@ def opened(page: Page, address: str) -> Page:
     page.goto(f"{address}/best-frame?recording={NAME}&frame={FRAME}&edit={VIEW}")
     expect(canvas(page)).to_be_visible()
     expect(page.locator(".mask-editor-other:visible canvas").first).to_be_visible()
+    expect(page.get_by_test_id("stStatusWidget")).to_have_count(0)  # nothing is moved any more
     canvas(page).scroll_into_view_if_needed()
     page.keyboard.press("0")  # the whole picture: places are known
     page.wait_for_timeout(300)
