@@ -98,11 +98,8 @@ class EditorCanvas {
   }
 
   showPicture(isOther) {
-    const { view } = this.editor;
-    picture(view.url, () => {
-      if (isOther) this.fit(true);
-      this.draw();
-    });
+    if (isOther) this.fit(true); // not once the picture is there: somebody may have moved it by then
+    picture(this.editor.view.url, () => this.draw());
   }
 
   // Take over the server's mask.
@@ -172,6 +169,7 @@ class EditorCanvas {
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, node.width, node.height);
     context.setTransform(this.zoom, 0, 0, this.zoom, ...this.origin);
+    node.dataset.shown = [this.zoom, ...this.origin].map((value) => (value / (this.ratio ?? 1)).toFixed(3)).join(" ");
     const shown = picture(view.url);
     context.imageSmoothingEnabled = this.zoom < 3;
     if (shown.complete && shown.naturalWidth) context.drawImage(shown, 0, 0, ...view.size);
