@@ -107,7 +107,8 @@ def _begun(new: Run, *, is_named: bool, store: Store) -> Run:
         if earlier is None:
             named = replace(new, name=check_name(name, taken=()), id="")
             return replace(named, id=free_id(named, store=store))
-        different = [what for what, value in new.conditions.items() if earlier.conditions[what] != value]
+        ours, theirs = new.conditions, earlier.conditions
+        different = [what for what in ours | theirs if ours.get(what) != theirs.get(what)]
         if not different:
             return replace(new, name=name, id=earlier.id, created=earlier.created, rows=earlier.rows)
     raise ArgumentError(

@@ -8,6 +8,7 @@ from corsmal.errors import ArgumentError, FileError, NotFoundError
 from corsmal.parameters import METHOD_VIEWS, ShapeParameters
 from corsmal.runs import list_runs, load_run, make_run, making
 from corsmal.runs.making import data_digest
+from corsmal.runs.run import Run
 from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import load_estimate
 from corsmal.stages.settings import DetectorSettings
@@ -128,6 +129,19 @@ def test_a_name_that_other_settings_took_is_refused(dataset, settings, store, wh
         make_run("first", dataset, replace(settings, **change), store=store, recordings=IDS[:1])
     with pytest.raises(ArgumentError, match="different: recordings"):
         make_run("first", dataset, settings, store=store, recordings=IDS[:2])
+
+
+@pytest.mark.parametrize("is_earlier", [True, False])
+def test_a_condition_that_only_one_of_two_runs_has_is_a_difference(dataset, settings, store, monkeypatch, is_earlier):
+    make_run("first", dataset, settings, store=store, recordings=IDS[:1])
+    plain = Run.conditions.fget
+
+    def with_sight(run):
+        return plain(run) | ({"sight": "clips"} if bool(run.rows) == is_earlier else {})
+
+    monkeypatch.setattr(Run, "conditions", property(with_sight))
+    with pytest.raises(ArgumentError, match="different: sight"):
+        make_run("first", dataset, settings, store=store, recordings=IDS[:1])
 
 
 def test_other_networks_and_another_version_are_other_settings(dataset, settings, store, monkeypatch, fake_networks):
