@@ -1,8 +1,8 @@
 """Recordings with something missing or broken: a sentence names the file, and the rest of the page is there."""
 
 import json
-import re
 import pickle
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
