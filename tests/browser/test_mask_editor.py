@@ -17,6 +17,8 @@ from tests.tiny import CONTAINERS, base_in_frame, silhouette, tiny_cameras, writ
 pytestmark = pytest.mark.browser
 
 NAME, FRAME, VIEW = "000000", 1, "view3"
+STILL = 4
+"""So many looks in a row must find the picture in one place."""
 
 
 @pytest.fixture(scope="module")
@@ -33,10 +35,6 @@ def place(serve: Any, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any
 @pytest.fixture
 def page(browser_page: Page, place: dict[str, Any]) -> Page:
     masks = place["masks"]
-    if not place.get("is_warm"):  # the answer to a new server's first stroke may be shown with the next one only
-        place["is_warm"] = True
-        drag(opened(browser_page, place["address"]), (100, 50), (140, 50))
-        browser_page.wait_for_timeout(3000)
     masks.remove(FRAME, after=masks.frame(FRAME).version)  # what another test drew
     return opened(browser_page, place["address"])
 
@@ -48,8 +46,11 @@ def opened(page: Page, address: str) -> Page:
     expect(page.locator(".mask-editor-other:visible canvas").first).to_be_visible()
     expect(page.get_by_test_id("stApp")).to_have_attribute("data-test-script-state", "notRunning")
     canvas(page).scroll_into_view_if_needed()
-    page.keyboard.press("0")  # the whole picture: places are known
-    page.wait_for_timeout(300)
+    page.keyboard.press("0")  # the whole picture
+    places: list[Any] = [None]
+    while len(places) < STILL or len({str(place) for place in places[-STILL:]}) > 1:  # pictures that come move it
+        page.wait_for_timeout(150)
+        places.append((canvas(page).bounding_box(), canvas(page).get_attribute("data-shown")))
     return page
 
 
