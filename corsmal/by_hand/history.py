@@ -64,10 +64,8 @@ class MaskHistory:
             FileError: the video or the changes cannot be read.
         """
         by_frame: dict[int, list[Step]] = {}
-        steps = self._log.items()
-        for step in steps:
-            if step.video == self.video:
-                by_frame.setdefault(step.frame, []).append(step)
+        for step in self._of_video(self._log.items()):
+            by_frame.setdefault(step.frame, []).append(step)
         return {frame: FrameHistory.of(of_frame) for frame, of_frame in sorted(by_frame.items())}
 
     def frame(self, frame: int) -> FrameHistory:
@@ -85,7 +83,8 @@ class MaskHistory:
         """Sentences on masks that are kept and not used: drawn on another video in this place, or damaged."""
         name, path, found = self._view.name, self._view.video_path, []
         here = [step for step in self._log.items() if step.path == str(path.absolute())]
-        others = sorted({step.frame for step in here if step.video != self.video})
+        video = self.video if here else ""
+        others = sorted({step.frame for step in here if step.video != video})
         if others:
             frames = f"frame{'s' if len(others) > 1 else ''} {', '.join(map(str, others[:8]))}"
             found.append(
@@ -170,7 +169,12 @@ class MaskHistory:
         return {"number": number, "frame": frame, **place, "by": by, "beside": False, **content, "who": who}
 
     def _of_frame(self, steps: Sequence[Step], frame: int) -> FrameHistory:
-        return FrameHistory.of([step for step in steps if step.frame == frame and step.video == self.video])
+        return FrameHistory.of([step for step in self._of_video(steps) if step.frame == frame])
+
+    def _of_video(self, steps: Sequence[Step]) -> list[Step]:
+        """Those that were made on the video as it is now, which is read only where there are any."""
+        video = self.video if steps else ""
+        return [step for step in steps if step.video == video]
 
 
 def video_digest(path: Path) -> str:
