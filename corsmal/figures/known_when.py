@@ -10,14 +10,12 @@ from corsmal.dataset import Annotation
 from corsmal.figures.answer import HEAD_COLOURS, Head
 from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.panels import (
+    Panels,
     anchor,
-    caption,
     cursor_text,
     log_mel_axis,
     log_mel_caption,
     log_mel_image,
-    panel_axis,
-    stacked_domains,
 )
 from corsmal.figures.sound import SoundPicture
 from corsmal.figures.style import (
@@ -30,7 +28,6 @@ from corsmal.figures.style import (
     axis,
     cursor_line,
     note,
-    plain_layout,
     scatter,
 )
 from corsmal.figures.windows import class_areas, class_labels
@@ -77,8 +74,8 @@ def known_when_figure(
         A figure with its height set.
     """
     names = _panels(moments, picture)
-    inner_px, domains = stacked_domains({name: PANELS_PX[name] for name in names})
-    ids = {name: f"y{number}" if number > 1 else "y" for number, name in enumerate(names, 1)}
+    panels = Panels({name: PANELS_PX[name] for name in names})
+    ids = panels.ids
     truths = _truths(annotation, ids)
     traces = [*_capacity(moments, yaxis=ids["capacity"], colour=PRESET_COLOURS[preset]), *_masses(moments, ids)]
     labels: list[Part] = []
@@ -86,20 +83,17 @@ def known_when_figure(
         curves = _shares(moments, head)
         traces += class_areas(*curves, head=head, yaxis=ids[head])
         labels += class_labels(*curves, head=head, yaxis=ids[head], width_s=end_s)
-    layout = plain_layout(
-        height=inner_px + MARGIN_PX["t"] + MARGIN_PX["b"],
-        margin=MARGIN_PX,
-        showlegend=False,
-        hovermode="x unified",
-        hoversubplots="axis",
-        xaxis=axis("time (s)", range=[0, end_s], anchor=ids[names[-1]], showgrid=False, zeroline=False),
+    layout = panels.layout(
+        margin_px=MARGIN_PX,
+        limits_s=(0, end_s),
+        captions={name: _caption(name, moments, picture) for name in names},
+        axes={name: _axis(name, picture) for name in names},
         images=[] if picture is None else [log_mel_image(picture, yaxis=ids["log-mel"])],
         shapes=[
             *(_across(value, yaxis) for value, yaxis, _ in truths),
             *([] if best is None else [cursor_line(best[0], yref="paper", colour=BEST)]),
         ],
         annotations=[
-            *(caption(_caption(name, moments, picture), domains[name][1]) for name in names),
             *(_truth_text(*truth) for truth in truths),
             *labels,
             *([] if best is None else [cursor_text(*best, colour=BEST)]),
@@ -107,8 +101,6 @@ def known_when_figure(
     )
     if picture is not None:
         traces.append(anchor(ids["log-mel"]))
-    for name, domain in domains.items():
-        layout[f"yaxis{ids[name][1:]}"] = panel_axis(_axis(name, picture), domain)
     return traces, layout
 
 

@@ -1,9 +1,10 @@
 """Panels one below the other on one time axis: where they lie, their captions, and what more than one figure draws."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from corsmal.figures.sound import SoundPicture, band_of
-from corsmal.figures.style import TRUTH, Part, axis, note, scatter
+from corsmal.figures.style import TRUTH, Part, axis, note, plain_layout, scatter
 
 CAPTION_PX = 22
 TICKS_HZ = {200: "0.2", 1000: "1", 3000: "3", 10000: "10"}
@@ -11,28 +12,68 @@ TITLE = {"font": {"size": 11}, "standoff": 4}
 TICKS = {"fixedrange": True, "tickfont": {"size": 11}, "ticklabelstandoff": 6}
 
 
-def stacked_domains(heights_px: Mapping[str, int], *, lane_px: int = 0) -> tuple[int, dict[str, list[float]]]:
-    """Where panels lie, from above, each below its caption.
+class Panels:
+    """Panels one below the other on one time axis, each below its caption.
 
     Args:
-        heights_px: of the panels.
+        heights_px: of the panels, from above.
         lane_px: kept free above all.
 
-    Returns:
-        The plot's height in pixels, and the share of it that each panel takes, from below.
+    Attributes:
+        inner_px: the plot's height in pixels.
+        domains: the share of it that each panel takes, from below.
+        ids: the vertical axis of each panel, as traces name it.
     """
-    inner_px = lane_px + sum(height + CAPTION_PX for height in heights_px.values())
-    domains, top_px = {}, inner_px - lane_px
-    for name, height in heights_px.items():
-        top_px -= CAPTION_PX
-        domains[name] = [(top_px - height) / inner_px, top_px / inner_px]
-        top_px -= height
-    return inner_px, domains
 
+    def __init__(self, heights_px: Mapping[str, int], *, lane_px: int = 0) -> None:
+        self.inner_px = lane_px + sum(height + CAPTION_PX for height in heights_px.values())
+        self.domains, top_px = dict[str, list[float]](), self.inner_px - lane_px
+        for name, height in heights_px.items():
+            top_px -= CAPTION_PX
+            self.domains[name] = [(top_px - height) / self.inner_px, top_px / self.inner_px]
+            top_px -= height
+        self.ids = {name: f"y{number}" if number > 1 else "y" for number, name in enumerate(heights_px, 1)}
 
-def panel_axis(yaxis: Part, domain: list[float]) -> Part:
-    """The vertical axis of a panel, in small type."""
-    return yaxis | {"domain": domain} | TICKS | {"title": yaxis["title"] | TITLE}
+    def height_px(self, margin_px: Mapping[str, int]) -> int:
+        """Of the figure, with its margins."""
+        return self.inner_px + margin_px["t"] + margin_px["b"]
+
+    def layout(
+        self,
+        *,
+        margin_px: Mapping[str, int],
+        limits_s: Sequence[float],
+        captions: Mapping[str, str],
+        axes: Mapping[str, Part],
+        annotations: Sequence[Part] = (),
+        **more: Any,
+    ) -> Part:
+        """The figure's layout.
+
+        Args:
+            margin_px: around the plot, Plotly's ``l``, ``r``, ``t``, ``b``.
+            limits_s: of the time axis.
+            captions: of the panels, by name.
+            axes: vertical axes of the panels, by name.
+            annotations: beside the captions.
+            more: as Plotly has it.
+        """
+        lowest = list(self.ids.values())[-1]
+        layout = plain_layout(
+            height=self.height_px(margin_px),
+            margin=dict(margin_px),
+            showlegend=False,
+            hovermode="x unified",
+            hoversubplots="axis",
+            xaxis=axis("time (s)", range=list(limits_s), anchor=lowest, showgrid=False, zeroline=False),
+            annotations=[*(caption(captions[name], top) for name, (_, top) in self.domains.items()), *annotations],
+            **more,
+        )
+        for name, domain in self.domains.items():
+            yaxis = axes[name]
+            title = {"title": yaxis["title"] | TITLE}
+            layout[f"yaxis{self.ids[name][1:]}"] = yaxis | {"domain": domain} | TICKS | title
+        return layout
 
 
 def log_mel_axis(picture: SoundPicture) -> Part:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.figures.drawing import Drawing, Drawn
-from corsmal.figures.panels import caption, panel_axis, stacked_domains
-from corsmal.figures.style import SIGHT, Part, axis, plain_layout, scatter
+from corsmal.figures.panels import Panels
+from corsmal.figures.style import SIGHT, Part, axis, scatter
 from corsmal.figures.windows import class_areas, class_labels
 from corsmal.filling import FusedPrediction
 
@@ -45,8 +45,8 @@ def senses_figure(moments: Moments, *, duration_s: float) -> Drawn:
     both = [(time_s, each) for time_s, each in moments if each.sound and each.sight]
     shown = {**own, "share": both, "both": both}
     names = [name for name in PANELS_PX if shown[name]]
-    inner_px, domains = stacked_domains({name: PANELS_PX[name] for name in names})
-    ids = {name: f"y{number}" if number > 1 else "y" for number, name in enumerate(names, 1)}
+    panels = Panels({name: PANELS_PX[name] for name in names})
+    ids = panels.ids
     traces: list[Part] = []
     labels: list[Part] = []
     for name in names:
@@ -58,18 +58,14 @@ def senses_figure(moments: Moments, *, duration_s: float) -> Drawn:
         areas = class_areas(times_s, shares, head="level", yaxis=ids[name])
         traces += [area | {"stackgroup": name} for area in areas]
         labels += class_labels(times_s, shares, head="level", yaxis=ids[name], width_s=duration_s)
-    layout = plain_layout(
-        height=inner_px + MARGIN_PX["t"] + MARGIN_PX["b"],
-        margin=MARGIN_PX,
-        showlegend=False,
-        hovermode="x unified",
-        hoversubplots="axis",
-        xaxis=axis("time (s)", range=[0, duration_s], anchor=ids[names[-1]], showgrid=False, zeroline=False),
-        annotations=[*(caption(CAPTIONS[name], domains[name][1]) for name in names), *labels],
-    )
     percent = axis("%", range=[0, 100], tickvals=[0, 50, 100], showgrid=False)
-    for name in names:
-        layout[f"yaxis{ids[name][1:]}"] = panel_axis(percent, domains[name])
+    layout = panels.layout(
+        margin_px=MARGIN_PX,
+        limits_s=(0, duration_s),
+        captions=CAPTIONS,
+        axes=dict.fromkeys(names, percent),
+        annotations=labels,
+    )
     return traces, layout
 
 

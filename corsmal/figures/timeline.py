@@ -7,16 +7,14 @@ import numpy as np
 from corsmal.figures.answer import HEAD_COLOURS
 from corsmal.figures.drawing import Drawing, Drawn
 from corsmal.figures.panels import (
+    Panels,
     anchor,
-    caption,
     log_mel_axis,
     log_mel_caption,
     log_mel_image,
-    panel_axis,
-    stacked_domains,
 )
 from corsmal.figures.sound import SoundPicture
-from corsmal.figures.style import ATTENTION, SOUND, TRUTH, Part, axis, note, plain_layout, scatter
+from corsmal.figures.style import ATTENTION, SOUND, TRUTH, Part, axis, note, scatter
 from corsmal.figures.windows import length_s, times_s, window_areas, window_labels
 from corsmal.filling import FillingPrediction
 
@@ -66,9 +64,8 @@ def timeline_figure(
     attended = prediction is not None and prediction.attention is not None
     shown = {"attention": attended, "type": bool(windows), "level": bool(windows)}
     names = [name for name in PANELS_PX if shown.get(name, True)]
-    inner_px, domains = stacked_domains({name: PANELS_PX[name] for name in names}, lane_px=LANE_PX)
-    height_px = inner_px + MARGIN_PX["t"] + MARGIN_PX["b"]
-    ids = {name: f"y{number}" if number > 1 else "y" for number, name in enumerate(names, 1)}
+    panels = Panels({name: PANELS_PX[name] for name in names}, lane_px=LANE_PX)
+    ids, height_px = panels.ids, panels.height_px(MARGIN_PX)
     traces = [*_waveform(picture), anchor(ids["log-mel"])]
     if prediction is not None and "attention" in names:
         traces.append(_attention(prediction, yaxis=ids["attention"]))
@@ -80,24 +77,16 @@ def timeline_figure(
     captions = {name: text.format(channel=channel, window_s=window_s) for name, text in CAPTIONS.items()}
     captions["log-mel"] = log_mel_caption(picture)
     limits_s = [picture.span_s[0], max(picture.span_s[1], picture.duration_s)]
-    layout = plain_layout(
-        height=height_px,
-        meta={"cropped": [domains[name] for name in names if name in CROPPED]},
-        margin=MARGIN_PX,
-        showlegend=False,
-        hovermode="x unified",
-        hoversubplots="axis",
-        xaxis=axis("time (s)", range=limits_s, anchor=ids[names[-1]], showgrid=False, zeroline=False),
+    layout = panels.layout(
+        margin_px=MARGIN_PX,
+        limits_s=limits_s,
+        captions=captions,
+        axes={name: _axis(name, picture) for name in names},
+        meta={"cropped": [panels.domains[name] for name in names if name in CROPPED]},
         images=[log_mel_image(picture, yaxis=ids["log-mel"])],
         shapes=_lane(picture, height_px),
-        annotations=[
-            *(caption(captions[name], domains[name][1]) for name in names),
-            *_lane_texts(picture, height_px),
-            *labels,
-        ],
+        annotations=[*_lane_texts(picture, height_px), *labels],
     )
-    for name in names:
-        layout[f"yaxis{ids[name][1:]}"] = panel_axis(_axis(name, picture), domains[name])
     return traces, layout
 
 
