@@ -99,8 +99,9 @@ def stroke_mask(shape: tuple[int, int], points: Points, *, radius_px: float) -> 
 
 
 def _stroke(mask: Mask, points: ArrayLike, radius_px: float) -> Mask:
+    radius_px = float(numbers(radius_px, name="radius_px", dimensions=0))
     if not 0 < radius_px <= RADIUS_MAX_PX:
-        raise ArgumentError(f"radius_px must lie between 0 and {RADIUS_MAX_PX:g}, got {radius_px}")
+        raise ArgumentError(f"radius_px must lie between 0 and {RADIUS_MAX_PX:g}, got {radius_px:g}")
     found = _points(mask, points, at_least=1)
     low, high = found.min(axis=0) - radius_px, found.max(axis=0) + radius_px
     if (high < 0).any() or (low > (mask.shape[1], mask.shape[0])).any():
@@ -116,12 +117,25 @@ def _fixed(points: Points) -> NDArray[np.int32]:
 def _points(mask: Mask, points: ArrayLike, *, at_least: int) -> Points:
     if mask.ndim != 2 or mask.dtype != np.bool_:
         raise ArgumentError(f"mask must be (H, W) bool, got {mask.shape} of {mask.dtype}")
-    try:
-        found = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ArgumentError(f"points must be numbers: {error}") from error
-    if found.ndim != 2 or found.shape[1] != 2 or not at_least <= len(found) <= POINTS_MAX:
+    found = numbers(points, name="points", dimensions=2)
+    if found.shape[1] != 2 or not at_least <= len(found) <= POINTS_MAX:
         raise ArgumentError(f"points must be (n, 2) with n from {at_least} to {POINTS_MAX}, got {found.shape}")
-    if not np.isfinite(found).all() or np.abs(found).max() > REACH_MAX_PX:
-        raise ArgumentError(f"points must be finite and within {REACH_MAX_PX:g} px")
+    if np.abs(found).max() > REACH_MAX_PX:
+        raise ArgumentError(f"points must be within {REACH_MAX_PX:g} px")
+    return found
+
+
+def numbers(values: ArrayLike, *, name: str, dimensions: int) -> NDArray[np.float64]:
+    """Finite numbers as an array of so many dimensions.
+
+    Raises:
+        ArgumentError: they are anything else, such as an integer beyond all floats; the text begins with ``name``.
+    """
+    try:
+        found = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ArgumentError(f"{name} must be numbers: {error}") from error
+    if found.ndim != dimensions or not np.isfinite(found).all():
+        expected = ("a finite number", "finite numbers in a row", "finite points (x, y)")[dimensions]
+        raise ArgumentError(f"{name} must be {expected}, got an array of shape {found.shape}")
     return found

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from corsmal.by_hand.drawing import Drawn, stroke_mask
+from corsmal.by_hand.drawing import REACH_MAX_PX, Drawn, numbers, stroke_mask
 from corsmal.errors import ArgumentError
 
 Image = NDArray[np.uint8]
@@ -31,7 +31,7 @@ class Prompt:
         outside: strokes beside it.
 
     Raises:
-        ArgumentError: the box is no box, or a stroke has no points.
+        ArgumentError: the box is no box, or a stroke has no points, or one that is far away.
     """
 
     box: tuple[float, float, float, float]
@@ -39,13 +39,13 @@ class Prompt:
     outside: Sequence[ArrayLike] = ()
 
     def __post_init__(self) -> None:
-        x_min, y_min, x_max, y_max = self.box if len(self.box) == 4 else (0, 0, 0, 0)
-        if not np.isfinite(self.box).all() or x_max - x_min < 2 or y_max - y_min < 2:
+        box = numbers(self.box, name="box", dimensions=1)
+        if len(box) != 4 or (box[2:] - box[:2] < 2).any():
             raise ArgumentError(f"box must be x_min, y_min, x_max, y_max, at least 2 px wide and high, got {self.box}")
         for stroke in (*self.inside, *self.outside):
-            points = np.asarray(stroke, dtype=np.float64)
-            if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
-                raise ArgumentError(f"strokes must be (n, 2) finite numbers, got shape {points.shape}")
+            points = numbers(stroke, name="strokes", dimensions=2)
+            if points.shape[1] != 2 or not len(points) or np.abs(points).max() > REACH_MAX_PX:
+                raise ArgumentError(f"strokes must be (n, 2) within {REACH_MAX_PX:g} px, got shape {points.shape}")
 
 
 def propose_mask(image: Image, prompt: Prompt) -> Drawn:

@@ -169,13 +169,13 @@ def _polygons(results: Results) -> Iterator[list[Any]]:
 
 
 def _score(value: object) -> float | None:
-    """A score as a number, however it is written; None for anything else."""
-    if isinstance(value, str):
-        try:
+    """A score as a number, however it is written; None for anything else, a number beyond all floats too."""
+    try:
+        if isinstance(value, str):
             return float(value.strip().replace(",", "."))
-        except ValueError:
-            return None
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+    except (ValueError, OverflowError):
+        return None
 
 
 def _of_one(value: object, whole: float) -> object:

@@ -36,7 +36,7 @@ def checked_size(size: Sequence[int]) -> Size:
     Raises:
         ArgumentError: it is not two positive numbers.
     """
-    if len(size) != 2 or min(size) < 1:
+    if len(size) != 2 or not all(1 <= side < np.inf for side in size):
         raise ArgumentError(f"size must be two positive numbers of pixels (H, W), got {tuple(size)}")
     return int(size[0]), int(size[1])
 

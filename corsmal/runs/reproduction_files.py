@@ -29,7 +29,14 @@ from corsmal.figures.report import Banner, Chart, Report, Section, Table, Table2
 from corsmal.files import writing
 from corsmal.runs.judged import RESAMPLES_SEED
 from corsmal.runs.report_appendix import parameters_table
-from corsmal.runs.reproduction_kept import DISK_ADVICE, ESTIMATES, REPORT, Confusions, write_summary
+from corsmal.runs.reproduction_kept import (
+    DISK_ADVICE,
+    ESTIMATES,
+    REPORT,
+    Confusions,
+    results_folder,
+    write_summary,
+)
 from corsmal.runs.reproduction_results import Results, TestResult
 from corsmal.runs.reproduction_settings import ReproductionSettings, features_text
 from corsmal.stages.settings import is_synthetic
@@ -41,7 +48,7 @@ LABELS = {"filling_level": "Filling level", "filling_type": "Filling type"}
 def write_results(
     results: Results, settings: ReproductionSettings, out: Path, *, began: date
 ) -> tuple[pd.DataFrame, Path]:
-    """Write everything that a reproduction leaves, in a folder named after its protocol and folds.
+    """Write everything that a reproduction leaves, in a folder of its own, see ``results_folder``.
 
     Args:
         results: what the steps found.
@@ -56,7 +63,7 @@ def write_results(
         ArgumentError: no recording's container is known.
         FileError: a file cannot be written.
     """
-    folder = out / f"{settings.protocol}-{settings.folds}{'-quick' if settings.is_quick else ''}"
+    folder = results_folder(out, settings)
     annotation = results.dataset.table
     errors = error_table(results.rows, annotation, protocol=settings.protocol)
     cells = cell_table(errors, rng=np.random.default_rng(RESAMPLES_SEED))

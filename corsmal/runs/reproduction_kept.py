@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,19 @@ class KeptReproduction:
     confusions: Confusions
     scores: Mapping[str, pd.DataFrame]
     notes: tuple[str, ...]
+
+
+def results_folder(out: Path, settings: ReproductionSettings) -> Path:
+    """The folder within ``out`` for the tables of a reproduction with these settings, and of no other.
+
+    It is named after protocol, folds and, where they are not the paper's, the networks, such as
+    ``held-out-spread-released``; it gets a number where a reproduction whose other settings differ has that name.
+    """
+    words = [settings.protocol, settings.folds, *([settings.networks] if settings.networks != "paper" else [])]
+    name = "-".join([*words, *(["quick"] if settings.is_quick else [])])
+    wanted = json.loads(json.dumps(record_json(settings)))
+    numbered = (out / (name if number == 1 else f"{name}-{number}") for number in count(1))
+    return next(folder for folder in numbered if _settings_in(folder) in (None, wanted))
 
 
 def write_summary(
@@ -118,6 +132,14 @@ def kept_reproductions(out: Path) -> list[Path]:
     except OSError:  # deleted in the meantime, or not to be read
         return []
     return [folder for _, folder in sorted(found, reverse=True)]
+
+
+def _settings_in(folder: Path) -> Any:
+    """The settings of the reproduction in a folder, as JSON has them; None where none was finished that can be read."""
+    try:
+        return json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["settings"]
+    except (OSError, LookupError, TypeError, ValueError):
+        return None
 
 
 def _run(folder: Path, settings: ReproductionSettings, made: datetime) -> Run:

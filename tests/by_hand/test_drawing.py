@@ -1,5 +1,7 @@
 """The tools on arrays, against what each pixel's middle says."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -98,14 +100,35 @@ def test_a_polygon_outside_the_picture_draws_nothing_and_says_so():
     assert polygon(empty(), [(-50, -50), (-20, -50), (-20, -20)]).said == OUTSIDE
 
 
-@pytest.mark.parametrize("points", [[], [(1, 2, 3)], [(np.nan, 1.0)], [(1e9, 0)], "text", [("a", 1)]])
+@pytest.mark.parametrize(
+    "points",
+    [
+        [],
+        [(1, 2, 3)],
+        [(np.nan, 1.0)],
+        [(np.inf, 1.0)],
+        [(1e9, 0)],
+        [(10**400, 0)],
+        [(10**5000, 0)],
+        "text",
+        [("a", 1)],
+    ],
+    ids=["none", "three numbers", "NaN", "infinity", "far away", "beyond floats", "beyond texts", "a text", "a letter"],
+)
 def test_points_that_are_none_are_refused(points):
-    with pytest.raises(ArgumentError, match="points must be"):
-        brush(empty(), points, radius_px=3)
+    for tool in (partial(brush, radius_px=3), partial(eraser, radius_px=3), polygon):
+        with pytest.raises(ArgumentError, match="points must be"):
+            tool(empty(), points)
+    if len(points) == 1:
+        with pytest.raises(ArgumentError, match="points must be"):
+            fill(empty(), points[0])
 
 
 def test_a_radius_and_a_mask_that_are_none_are_refused():
     with pytest.raises(ArgumentError, match="radius_px must lie between"):
         brush(empty(), [(1, 1)], radius_px=0)
+    for radius_px in (np.nan, np.inf, 10**400, 10**5000, None, [1, 2]):
+        with pytest.raises(ArgumentError, match="radius_px must be"):
+            brush(empty(), [(1, 1)], radius_px=radius_px)
     with pytest.raises(ArgumentError, match="mask must be"):
         brush(np.zeros(SHAPE), [(1, 1)], radius_px=2)

@@ -66,7 +66,7 @@ def test_where_all_is_background_nothing_is_found_and_that_is_said():
     assert "Nothing was found" in found.said
 
 
-@pytest.mark.parametrize("box", [(5, 5, 5, 20), (9, 9, 3, 20), (0, 0, np.nan, 5)])
+@pytest.mark.parametrize("box", [(5, 5, 5, 20), (9, 9, 3, 20), (0, 0, np.nan, 5), (0, 0, 10**400, 5), (0, 0, 5), 7])
 def test_a_box_that_is_none_is_refused(box):
     with pytest.raises(ArgumentError, match="box must be"):
         Prompt(box)
@@ -76,8 +76,9 @@ def test_a_box_outside_the_picture_and_a_stroke_without_points_are_refused():
     image, _ = cup()
     with pytest.raises(ArgumentError, match="must lie in the picture"):
         propose_mask(image, Prompt((500, 500, 600, 600)))
-    with pytest.raises(ArgumentError, match="strokes must be"):
-        Prompt(BOX, inside=[[]])
+    for stroke in ([], [(1, np.inf)], [(1, 10**400)], [(1, 1e308)], [(1, 2, 3)], "text"):
+        with pytest.raises(ArgumentError, match="strokes must be"):
+            Prompt(BOX, inside=[stroke])
 
 
 def test_without_a_file_grabcut_proposes(monkeypatch):

@@ -49,7 +49,12 @@ def test_visible_pixels_outside_the_whole_outline_are_counted():
 
 @pytest.mark.parametrize(
     ("change", "said"),
-    [({"frame": -1}, "frame must be"), ({"label": 1}, "container's class"), ({"counts": b"abc"}, "broken")],
+    [
+        ({"frame": -1}, "frame must be"),
+        ({"label": 1}, "container's class"),
+        ({"counts": b"abc"}, "broken"),
+        ({"size": (np.inf, 60)}, "size must"),
+    ],
 )
 def test_what_can_be_no_mask_is_refused(change, said):
     good = HandMask.of(rectangle(2, 10, 3, 9), frame=4)

@@ -74,6 +74,7 @@ def test_polygons_are_read(tmp_path):
         (cup(category_id=...), 'the key "category_id" is missing'),
         (cup(score=1.5), "the score is no number from 0 to 1"),
         (cup(score=float("nan")), "the score is no number from 0 to 1"),
+        (cup(score=10**400), "the score is no number from 0 to 1"),
         (cup(score="high"), "the score is no number from 0 to 1"),
         (cup(image_id=...), 'the key "image_id" is missing'),
         (cup(image_id=-1), "frame (image_id) out of range, expected from 0 to 2"),

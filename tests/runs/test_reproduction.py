@@ -26,7 +26,7 @@ from corsmal.filling import (
 from corsmal.mass import MassConfig, MassPredictor
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import reproduce
-from corsmal.runs.reproduction_kept import read_reproduction
+from corsmal.runs.reproduction_kept import read_reproduction, results_folder
 from corsmal.runs.reproduction_results import CancelledError
 from corsmal.runs.reproduction_settings import ReproductionSettings, _mel_epoch_s, named_tests, plan
 from corsmal.store import Store
@@ -135,6 +135,26 @@ def test_it_leaves_tables_submission_and_report(made):
     report = found.report.read_text(encoding="utf-8")
     assert "no network was trained on a recording that it is judged on" in report
     assert "a first look, not a result" in report
+
+
+@pytest.mark.usefixtures("untrained")
+def test_tables_of_other_settings_are_not_written_over(root, made, tmp_path):
+    _, _, store = made
+    lode = ShapeParameters.lode()
+    variants = {
+        "held-out-spread-quick": QUICK,
+        "held-out-spread-tuned-quick": replace(QUICK, networks="tuned"),
+        "held-out-spread-quick-2": replace(QUICK, shape=lode),
+        "held-out-spread-released-quick": replace(QUICK, networks="released"),
+    }
+    for name, settings in variants.items():
+        folder = results_folder(tmp_path, settings)
+        assert folder.name == name
+        if settings.networks == "paper":
+            assert reproduce(root, out=tmp_path, settings=settings, store=store).report.parent == folder
+    first, second = (read_estimates(tmp_path / name / "estimates.csv") for name in list(variants)[::2])
+    assert not first["capacity_ml"].equals(second["capacity_ml"])
+    assert [results_folder(tmp_path, settings).name for settings in variants.values()] == list(variants)
 
 
 def test_weights_keep_only_what_matters_to_their_estimates(made):
