@@ -45,6 +45,8 @@ def mass_error(value: float | None, true: float | None) -> str:
     off = 0.0 if value is None else value - true
     if off == 0:
         return f"true {grams(true)}" if value is None else f"exact (true {grams(true)})"
+    if round(abs(off), 1) == 0:
+        return f"less than 0.1 g off (true {grams(true)})"
     share = f"{100 * off / true:+.0f} %; ".replace("-", "−") if true else ""
     return f"{_digits(abs(off))} g too {'high' if off > 0 else 'low'} ({share}true {grams(true)})"
 

@@ -76,15 +76,25 @@ def test_measures_stand_beside_the_annotation(visitor: Visitor) -> None:
     assert amount(text.split("error ")[1]) == pytest.approx(error, abs=0.2)
 
 
-def test_headline_is_the_overviews_number_and_frames_stand_against_it(sound_root: Path) -> None:
+def test_headline_is_the_overviews_number_and_a_frames_error_is_that_of_its_number(sound_root: Path) -> None:
     visitor = Visitor(sound_root)
     overview = visitor.open("overview").metrics
     visitor.open("shape")
     assert visitor.metrics == {label: overview[label] for label in visitor.metrics}
-    whole, frame = amount(visitor.metrics["Capacity"]), amount(visitor.frame_measures["Capacity"])
+    frame = amount(visitor.frame_measures["Capacity"])
     text = next(caption.value for caption in visitor.test.caption if "this frame" in caption.value)
     share = amount(text.split("mL**, ")[1])
-    assert share == pytest.approx(100 * (frame / whole - 1), abs=0.3)
+    assert share == pytest.approx(100 * (frame / 601.0 - 1), abs=0.2)  # of the annotation, as the headline's error
+
+
+def test_without_an_annotation_a_frame_stands_against_the_whole_recording(root: Path) -> None:
+    (root / "ccm_tiny_annotation.json").unlink()
+    visitor = Visitor(root).open("shape")
+    whole, frame = amount(visitor.metrics["Capacity"]), amount(visitor.frame_measures["Capacity"])
+    text = next(caption.value for caption in visitor.test.caption if "this frame" in caption.value)
+    assert "no annotation" in text
+    assert amount(text.split("mL**, ")[1]) == pytest.approx(100 * (frame / whole - 1), abs=0.3)
+    assert "from the recording's" in text
 
 
 def test_own_values_are_estimated_over_the_recording_and_kept_when_the_preset_changes(visitor: Visitor) -> None:
@@ -114,17 +124,17 @@ def test_a_frames_predicted_error_the_weights_of_its_views_and_its_intervals_are
     assert f"Predicted error of the fit: **{fit.hull.error_pct:.0f} %**" in visitor.sentences
     assert all(f"{view} {weight:.2f}" in visitor.sentences for view, weight in fit.view_weights.items())
     low, high = frame_intervals(fit)["capacity_ml"]
-    assert f"(90 %: {low:.0f}–{high:.0f})" in visitor.sentences
+    assert f"90 % interval {low:.0f}–{high:.0f} mL" in visitor.sentences
     assert "explains the masks better than a box" in visitor.sentences
     visitor.choose("preset_control", "paper")
     assert "Predicted error" not in visitor.sentences
 
 
-def test_page_says_which_parameters_do_something(visitor: Visitor) -> None:
+def test_page_says_which_parameters_the_preset_has(visitor: Visitor) -> None:
     visitor.choose("preset_control", "tuned")
-    [text] = [line for line in visitor.sentences.splitlines() if "these do something" in line]
-    assert "expected tilt" in text.split(". Of ")[0]
-    assert "d_max" in text.split(". Of ")[1]
+    [text] = [line for line in visitor.sentences.splitlines() if line.startswith("Parameters of")]
+    assert "expected tilt" in text.split(". Only of ")[0]
+    assert "d_max" in text.split(". Only of ")[1]
 
 
 def test_dragging_refits_and_only_letting_go_writes_the_address(visitor: Visitor, sound_root: Path) -> None:

@@ -10,6 +10,7 @@ from corsmal.ui.amounts import amount, grams, mass_error, percent_error, total
         (38.0, 86.0, "48 g too low (−56 %; true 86 g)"),
         (3.0, 2.0, "1.0 g too high (+50 %; true 2.0 g)"),
         (4.0, 0.0, "4.0 g too high (true 0 g)"),
+        (10.04, 10.0, "less than 0.1 g off (true 10 g)"),
         (10.0, 10.0, "exact (true 10 g)"),
         (None, 10.0, "true 10 g"),
         (3.0, None, "no annotation"),

@@ -27,7 +27,7 @@ def annotated(recording: Recording) -> dict[str, float]:
 
 
 def measures(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fit]], truth: Mapping[str, float]) -> None:
-    """The four quantities: of the whole recording, and below each those of single frames and how far they are from it.
+    """The four quantities of the whole recording, below each those of single frames; errors refer to the annotation.
 
     Args:
         found: the estimate over the whole recording.
@@ -44,9 +44,11 @@ def measures(found: Estimate, *, name: str, fits: Sequence[tuple[str, Fit]], tru
         for parameters, fit in fits:
             single: float | None = getattr(fit.dimensions, quantity)
             if single is not None:
-                against = f", {percent_error(single, value)}" if value else ""
-                between = _between(quantity, frame_intervals(fit))
-                lines.append(f"this frame, `{parameters}`: **{amount(quantity, single)}**{against}{between}")
+                lines.append(
+                    f"this frame, `{parameters}`: **{amount(quantity, single)}**{_deviation(single, true, value)}"
+                )
+                if interval := frame_intervals(fit).get(quantity):
+                    lines.append(f"90 % interval {_range(interval)} {BY_NAME[quantity].unit}")
             elif fit.ok:
                 lines.append(f"this frame, `{parameters}`: none, {fit.dimensions.unmeasured[quantity]}")
         column.caption("  \n".join(lines))
@@ -81,8 +83,11 @@ def _sureness(found: Estimate, quantity: str, name: str) -> str:
     return f"{name}: {_range(found.intervals[quantity])} {BY_NAME[quantity].unit} (90 %)"
 
 
-def _between(quantity: str, intervals: Mapping[str, tuple[float, float]]) -> str:
-    return f" (90 %: {_range(intervals[quantity])})" if quantity in intervals else ""
+def _deviation(single: float, true: float | None, whole: float | None) -> str:
+    """How far a frame's number is from the annotation or, without one, from the number of the whole recording."""
+    if true:
+        return f", {percent_error(single, true)}"
+    return f", {percent_error(single, whole)} from the recording's" if whole else ""
 
 
 def _range(interval: tuple[float, float]) -> str:

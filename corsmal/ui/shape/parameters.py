@@ -73,14 +73,14 @@ def own_values(estimated: ShapeParameters) -> None:
 
 
 def parameters_note() -> None:
-    """Which parameters do something with the chosen preset, and which belong to others."""
+    """Which parameters the chosen preset has, and which belong to others."""
     method = session.choice().shape.method
     ours, others = (
         ", ".join(f"*{PARAMETERS[name].label}*" for name in (*LIVE[each], *QUIET[each]))
         for each in (method, *(other for other in LIVE if other != method))
     )
     names = [name for name, preset in SHAPE_PRESETS.items() if preset.method != method]
-    st.caption(f"With `{session.choice().preset}` these do something: {ours}. Of {' and '.join(names)} only: {others}.")
+    st.caption(f"Parameters of `{session.choice().preset}`: {ours}. Only of {' and '.join(names)}: {others}.")
 
 
 def chosen_camera() -> dict[str, Any]:
