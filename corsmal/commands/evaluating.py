@@ -134,10 +134,10 @@ def wall(root: Root, *, match: MatchViews = None, offset: Offsets = None) -> Non
 
     recordings = list(open_dataset(root).matched(view_matching(match, offset)))
     with progress_bar("recordings") as progress:
-        learnt = learn_wall(recordings, store=Store(), progress=progress)
+        learned = learn_wall(recordings, store=Store(), progress=progress)
     names = {"no_wall_pct": "no wall", "preset_pct": "preset", "others_pct": "others", "wall_mm": "others, mm"}
     show(
         "Mean capacity error in % by container: without a wall, with the preset's, with that of the other containers",
-        learnt.table.set_index("container").rename(columns=names),
+        learned.table.set_index("container").rename(columns=names),
     )
-    say(f"Wall: {learnt.wall_mm:.1f} mm. To use it: estimate --preset tuned --wall {learnt.wall_mm:.1f}")
+    say(f"Wall: {learned.wall_mm:.1f} mm. To use it: estimate --preset tuned --wall {learned.wall_mm:.1f}")

@@ -21,7 +21,7 @@ AS_IT_IS = "as it is"
 """The stage that stands for none: nothing is replaced."""
 
 SMALL_POINTS = 5.0
-"""Of a shortfall below so many percentage points a share says nothing: it is given in points only."""
+"""Shortfalls below this, in percentage points, are given in points only: a share of them would say nothing."""
 
 GROUPS = ("all", "seen", "unseen")
 """Of the containers: the demo's networks were trained on the annotated ones."""

@@ -17,7 +17,7 @@ BETTER_WORSE = [
 """The smallest difference that is one stands out, too."""
 
 FULL_POINTS = 20.0
-"""A difference of so many percentage points has the full colour."""
+"""The difference, in percentage points, from which on the colour is full."""
 
 GONE = [[0.0, "rgba(138,143,152,0.10)"], [1.0, "rgba(20,184,166,0.85)"]]
 GAPS = {"xgap": 2, "ygap": 2}

@@ -36,7 +36,7 @@ class Surroundings:
     Args:
         low: (3,) one corner of the box that is drawn.
         high: (3,) the opposite corner.
-        focus: (3,) what is looked at.
+        focus: (3,) the point at the centre of the view.
         unit: how large that is.
     """
 

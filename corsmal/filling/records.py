@@ -144,8 +144,8 @@ class FusedPrediction(FillingPrediction):
     """A prediction from both senses, with what each of them says.
 
     Args:
-        sound: what sound alone says; None: it is missing.
-        sight: what sight alone says; None: it is missing.
+        sound: what only sound says; None: it is missing.
+        sight: what only sight says; None: it is missing.
         sight_share: of sight in the level, 0..1; 0 or 1 where a sense is missing.
         kind_probabilities: (3,) of the container's ``KINDS``, as sight recognises it; None: sight is missing.
     """

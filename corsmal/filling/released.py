@@ -14,7 +14,7 @@ from corsmal.filling.network import FillingModel
 from corsmal.state_dicts import read_state_dict
 
 POSITIONS = 8000
-"""The file holds so many; only the first is used."""
+"""How many positions the file holds; only the first is used."""
 
 NORM = ("weight", "bias", "running_mean", "running_var", "num_batches_tracked")
 LAYERS = {"cnn.depthwise.{}": "encoder.dconv.{}"} | {

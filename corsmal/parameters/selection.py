@@ -31,7 +31,7 @@ class SelectionParameters:
         centre_rules: where the centre of a box must lie; the next rule is tried where one leaves no frame.
         place_weights: what the scores of the kept detections are multiplied by, in the order of their masks' rightmost
             pixels from left to right; a product is at most 1. Empty: scores stay as they are.
-        interval_s: of the frames only one per so many seconds counts, and the last one; None: every inspected frame.
+        interval_s: only one frame an interval of this length counts, and the last one; None: every inspected frame.
         object_score_min: a frame counts only where one of the ``detections_max`` objects with the highest scores, of
             any class and with at least this score, has its box centre in the middle third of both sides, in every
             view. None: a container in every view is enough.

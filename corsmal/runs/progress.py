@@ -16,10 +16,10 @@ Work = Literal["read", "detect", "estimate"]
 """What is to be done with a recording: its row is read from the store, it is estimated, or detected in before that."""
 
 RECENT = 8
-"""The pace is that of the last recordings, so many for each worker."""
+"""The pace is that of the last recordings, this number for each worker."""
 
 FRAMES_LEAST = 6
-"""A detector's pace is known after so many frames; the first one is slower."""
+"""The number of frames after which a detector's pace is known; the first one is slower."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from corsmal.store import Store
 
 
 @dataclass(frozen=True, eq=False)
-class LearntWall:
+class LearnedWall:
     """What ``learn_wall`` found.
 
     Args:
@@ -35,7 +35,7 @@ def learn_wall(
     store: Store,
     shape: ShapeParameters | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> LearntWall:
+) -> LearnedWall:
     """Learn the wall from the hulls of recordings whose capacities are annotated, by default with the preset ``tuned``.
 
     Detections are beside the videos or in the store; ``progress`` is called with the numbers of recordings done and
@@ -75,4 +75,4 @@ def learn_wall(
         ]
     means = table.groupby("container", sort=False).mean()
     means.insert(0, "recordings", table.groupby("container", sort=False).size())
-    return LearntWall(learn_wall_mm(hulls, capacities), means.reset_index())
+    return LearnedWall(learn_wall_mm(hulls, capacities), means.reset_index())

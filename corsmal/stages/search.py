@@ -62,7 +62,7 @@ def detect_recording(
 
 
 def search_frames(frame_counts: Collection[int], every: int) -> int:
-    """How many frames a search inspects at most in views with so many frames."""
+    """How many frames a search inspects at most, given the number of frames of the views."""
     return sum(len(range(0, count, every)) + _levels(every) * 2 * len(PAIRS) for count in frame_counts)
 
 
