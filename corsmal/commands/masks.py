@@ -1,5 +1,6 @@
 """``masks``: masks by hand of a recording: what they change, which to draw next, to a file and back."""
 
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -7,11 +8,12 @@ import typer
 
 from corsmal.commands import PRESET_HELP, Root, say, shape_preset
 from corsmal.commands import show as show_table
-from corsmal.errors import NotFoundError
+from corsmal.errors import ArgumentError, NotFoundError
 from corsmal.parameters import SHAPE_PRESETS
 
 if TYPE_CHECKING:
     from corsmal.dataset import Recording, View
+    from corsmal.store import Store
 
 OneId = Annotated[str, typer.Argument(metavar="ID", help="Recording, such as 000618.")]
 ViewName = Annotated[str, typer.Argument(metavar="VIEW", help="View, such as view3.")]
@@ -41,25 +43,66 @@ def show(root: Root, name: OneId) -> None:
 
 def following(
     root: Root,
-    name: OneId,
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="ID", help="Recording, such as 000618; default: those whose estimates are least sure."),
+    ] = None,
     *,
-    preset: Annotated[str, typer.Option(help=PRESET_HELP)] = "paper",
+    preset: Annotated[str, typer.Option(help=f"{PRESET_HELP} Of the one recording that is named.")] = "paper",
+    run: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Run that says how sure the estimates are; default: the newest of `tuned` on ROOT."
+        ),
+    ] = None,
 ) -> None:
-    """Name the frames whose masks are worth correcting next: those that are used, then where the views disagree."""
+    """Name the frames whose masks are worth correcting next, in one recording or in those that are least sure.
+
+    First come the frames that the estimate uses, then those where the views disagree.
+    """
     from corsmal.dataset import open_dataset
-    from corsmal.stages.detections import load_detections
-    from corsmal.stages.hand_comparison import frames_to_correct
     from corsmal.store import Store
 
-    recording, shape, store = open_dataset(root)[name], shape_preset(preset), Store()
+    if name is None:
+        _following_recordings(root, run)
+    elif run is not None:
+        raise ArgumentError(f"--run orders recordings: leave out {name} or --run")
+    else:
+        _following_frames(open_dataset(root)[name], preset, Store())
+
+
+def _following_recordings(root: Path, name: str | None) -> None:
+    from corsmal.commands.runs import open_run
+    from corsmal.dataset import open_dataset
+    from corsmal.runs.correcting import NO_RUN, masks_to_correct, run_to_correct
+    from corsmal.store import Store
+
+    store = Store()
+    if name is None:
+        dataset = open_dataset(root)
+        run = run_to_correct(dataset, store=store)
+    else:
+        dataset, run = open_run(root, name)
+    if run is None:
+        raise NotFoundError(f"{NO_RUN} Make it with `estimate ROOT --preset tuned --run NAME`, or name a recording.")
+    say(f"Run {run.name}: the recordings whose estimates are least sure, and the frame to correct first in each")
+    is_any = False
+    for each in islice(masks_to_correct(run, dataset, store=store), SHOWN):
+        typer.echo(str(each))
+        is_any = True
+    if not is_any:
+        say("There is no recording to correct: the run's rows have no 90 % intervals, or all have masks by hand.")
+
+
+def _following_frames(recording: "Recording", preset: str, store: "Store") -> None:
+    from corsmal.stages.detections import load_detections
+    from corsmal.stages.hand_comparison import frames_to_correct
+
+    shape = shape_preset(preset)
     detections = load_detections(recording, store=store)
     for note in detections.notes:
         say(note)
-    found = [
-        candidate
-        for pair in shape.pairs[:1]
-        for candidate in frames_to_correct(recording, detections, pair=pair, shape=shape, store=store)
-    ]
+    found = frames_to_correct(recording, detections, pair=shape.pairs[0], shape=shape, store=store)
     if not found:
         say("There is no frame to correct: no detections in both views, or all of them have masks by hand.")
     for candidate in found[:SHOWN]:

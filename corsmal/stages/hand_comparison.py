@@ -183,27 +183,6 @@ def frames_to_correct(
     return sorted(found, key=lambda each: (not each.is_used, each.overlap))
 
 
-def recordings_to_correct(rows: Iterable[Mapping[str, Any]]) -> list[tuple[str, float]]:
-    """Recordings by how unsure their estimates are, the least sure first.
-
-    Args:
-        rows: of a run, with 90 % intervals as ``tuned`` gives them.
-
-    Returns:
-        Ids, each with the mean width of its intervals as a share of the values.
-    """
-    found = []
-    for row in rows:
-        widths = [
-            (row[f"{name}_high"] - row[f"{name}_low"]) / row[name]
-            for name in GEOMETRY
-            if row.get(name) and row.get(f"{name}_low") is not None and row.get(f"{name}_high") is not None
-        ]
-        if widths:
-            found.append((str(row["recording_id"]), float(np.mean(widths))))
-    return sorted(found, key=lambda each: -each[1])
-
-
 def _overlaps(fit: Fit, masks: RecordingMasks, centre_rule: CentreRule) -> dict[str, float]:
     """IoU of the hull's silhouette with the mask, by view of its pair; empty where nothing was fitted."""
     if not fit.hull.ok or fit.frame is None:

@@ -1,6 +1,7 @@
 """Masks by hand on the pages: what the server does with what was drawn, what it answers, and where it counts."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +11,18 @@ import pytest
 
 from corsmal.by_hand import MaskHistory
 from corsmal.dataset import Recording, open_dataset
+from corsmal.parameters import ShapeParameters
+from corsmal.runs import make_run
+from corsmal.runs.run import save_run
 from corsmal.stages.detections import load_detections
+from corsmal.stages.settings import EstimateSettings
 from corsmal.ui import shared
 from corsmal.ui.folders import READ_ONLY
 from corsmal.ui.mask_editor.edits import outcome
 from corsmal.ui.mask_editor.fits import outlines
 from corsmal.ui.opened import OpenedRecording
 from tests.app.driver import Visitor
-from tests.tiny import SIZE
+from tests.tiny import SIZE, write_tiny_dataset
 
 FRAME = 2
 
@@ -287,6 +292,28 @@ def test_the_next_mask_is_proposed_and_opened(editor: Editor) -> None:
     editor.visitor.press(label)
     assert editor.sent["frame"] == int(label.split()[1].strip(","))
     assert editor.sent["active"] == label.split()[2].strip(":")
+
+
+def test_the_next_recording_is_the_least_sure_of_the_newest_run_and_opened(tmp_path: Path) -> None:
+    root = write_tiny_dataset(tmp_path / "two", recordings=2, frames=6)
+    editor = Editor(root)
+    assert editor.visitor.link["recording"] == "000000"
+    editor.visitor.press("Which recording next?")
+    assert "No run of this dataset says how sure its estimates are" in editor.visitor.sentences
+    dataset, store = open_dataset(root), shared.store()
+    settings = EstimateSettings(replace(ShapeParameters.paper(), circumferences=40))
+    made = make_run("surveyed", dataset, settings, store=store)
+    rows = [{**row, "capacity_ml": 500.0, "capacity_ml_low": 400.0, "capacity_ml_high": 650.0} for row in made.rows]
+    save_run(replace(made, rows=tuple(rows)), store=store)
+    editor.visitor.press("Which recording next?")
+    assert "By the 90 % intervals of run surveyed" in editor.visitor.sentences
+    label = next(label for label in editor.visitor.buttons if "90 % intervals of 50 % of the values" in label)
+    assert label.startswith("000001: ")
+    assert not any(label.startswith("000000") for label in editor.visitor.buttons)
+    editor.visitor.press(label)
+    assert editor.visitor.test.title[0].value == "Frames"
+    assert editor.visitor.link["recording"] == "000001"
+    assert f"frame {editor.sent['frame']}, {editor.sent['active']}:" in label
 
 
 def test_the_comparison_says_what_the_masks_change(editor: Editor, recording: Recording) -> None:

@@ -452,7 +452,14 @@ def _(place: Place, arguments: list[str]) -> None:
 
 
 @check("masks next")
-def _(_: Place, arguments: list[str]) -> None:
+def _(place: Place, arguments: list[str]) -> None:
+    if DETECTED_HERE not in arguments:
+        made = ["estimate", str(place.dataset), "000000", "000001", "--preset", "tuned", "--run", "sure"]
+        run([*made, "--out", str(place.folder / "sure.csv"), "--workers", "1"])
+        lines = run(arguments).splitlines()
+        assert sorted(line[:25] for line in lines if "%" in line) == [f"00000{n}: 90 % intervals of" for n in (0, 1)]
+        assert run([*arguments, "--run", "sure"]) == run(arguments)
+        return
     arguments[arguments.index(DETECTED_HERE)] = "000000"
     lines = run(arguments).splitlines()
     assert "the estimate uses it" in lines[0]

@@ -17,7 +17,6 @@ from corsmal.stages.hand_comparison import (
     compare_outlines,
     frames_to_correct,
     mask_sentence,
-    recordings_to_correct,
 )
 from tests.tiny import SIZE, write_tiny_dataset
 
@@ -167,15 +166,6 @@ def test_the_frame_that_the_estimate_uses_is_proposed_first_then_where_the_views
     draw(recording, store, candidates[0].frame)
     left = frames_to_correct(recording, found, pair=PAIRS[0], shape=FEW, store=store)
     assert candidates[0].frame not in [each.frame for each in left]
-
-
-def test_the_least_sure_recordings_come_first():
-    rows = [
-        {"recording_id": "000001", "capacity_ml": 100.0, "capacity_ml_low": 90.0, "capacity_ml_high": 110.0},
-        {"recording_id": "000002", "capacity_ml": 100.0, "capacity_ml_low": 50.0, "capacity_ml_high": 150.0},
-        {"recording_id": "000003", "capacity_ml": None},
-    ]
-    assert recordings_to_correct(rows) == [("000002", 1.0), ("000001", 0.2)]
 
 
 def test_a_history_that_cannot_be_read_costs_only_the_masks_by_hand(recording, store):

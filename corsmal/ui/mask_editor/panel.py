@@ -8,10 +8,10 @@ import pandas as pd
 import streamlit as st
 
 from corsmal.estimation import Fit
-from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS, selection_of
+from corsmal.parameters import METHOD_VIEWS, SHAPE_PRESETS
 from corsmal.quantities import BY_NAME, GEOMETRY
 from corsmal.selection import BestFrame
-from corsmal.stages.hand_comparison import compare_masks, compare_outlines, frames_to_correct, mask_sentence
+from corsmal.stages.hand_comparison import compare_masks, compare_outlines, mask_sentence
 from corsmal.ui import session, shared
 from corsmal.ui.folders import is_read_only
 from corsmal.ui.linked_plot.component import fresh_report
@@ -19,12 +19,12 @@ from corsmal.ui.mask_editor.component import EDITOR, editor_component
 from corsmal.ui.mask_editor.edited import EditedFrame
 from corsmal.ui.mask_editor.edits import outcome
 from corsmal.ui.mask_editor.fits import fits_of
+from corsmal.ui.mask_editor.next_masks import next_masks
 from corsmal.ui.messages import guarded, plain
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.shape.measures import annotated
 
 SESSION, SAID, COMPARED = "mask_editor_session", "mask_editor_said", "masks_compared"
-NEXT_SHOWN = 5
 
 
 def mask_editor(opened: OpenedRecording, best: BestFrame, frame: int) -> bool:
@@ -54,7 +54,7 @@ def mask_editor(opened: OpenedRecording, best: BestFrame, frame: int) -> bool:
     with guarded():
         _versions(EditedFrame(detected, active, frame))
     with guarded():
-        _next_frames(detected, best)
+        next_masks(detected, best)
     with guarded():
         _comparison(detected)
     return True
@@ -121,39 +121,6 @@ def _versions(edited: EditedFrame) -> None:
 
 def _restore(edited: EditedFrame, number: int) -> None:
     edited.masks.restore(edited.own, number, by=st.session_state[SESSION])
-
-
-def _next_frames(opened: OpenedRecording, best: BestFrame) -> None:
-    """Frames whose correction would tell most, on request: several are fitted for that."""
-    key = f"next {opened.key} {best.pair}"
-    if st.button(
-        "Which mask next?",
-        icon=":material/search_insights:",
-        key="next_mask",
-        help="First the frames that the "
-        "estimate uses, then those in which hull and masks, and so the two views, agree least.",
-    ):
-        shape = session.choice().estimated_shape
-        st.session_state[key] = frames_to_correct(
-            opened.recording,
-            opened.detections,
-            pair=best.pair,
-            shape=shape,
-            selection=selection_of(shape),
-            store=shared.store(),
-        )
-    found = st.session_state.get(key)
-    if found is None:
-        return
-    if not found:
-        st.caption("There is none: all frames with detections in both views have masks by hand.")
-    for candidate in found[:NEXT_SHOWN]:
-        st.button(
-            str(candidate),
-            key=f"next {candidate.frame} {candidate.view}",
-            type="tertiary",
-            on_click=partial(session.choose, frame=candidate.frame, edited=candidate.view),
-        )
 
 
 def _comparison(opened: OpenedRecording) -> None:
