@@ -12,7 +12,9 @@ from corsmal.dataset import Dataset, open_dataset
 from corsmal.demo.opening import FOLDER, MARK, PACK, made_when, set_times, with_networks_in
 from corsmal.errors import ArgumentError
 from corsmal.parameters import SHAPE_PRESETS
+from corsmal.runs.attribution import attribute_run
 from corsmal.runs.making import make_run
+from corsmal.runs.rules import comparable, compare_rules
 from corsmal.runs.run import Run, save_run
 from corsmal.stages.detections import POINTERS, load_detections
 from corsmal.stages.estimates import Predictors
@@ -33,10 +35,10 @@ PRESETS = ("paper", "tuned")
 APART = "moments"
 """The store for what was known when, beneath the other one: its hulls are ten times as many, and no page shows them."""
 
-KINDS = ("detections", *POINTERS, "estimates", "fits", f"{APART}/known-when")
+KINDS = ("detections", *POINTERS, "estimates", "fits", "attributions", "rules", f"{APART}/known-when")
 """What is packed of the stores; log-mel rows are as large as the sound, and computed in half a second."""
 
-BYTES_MAX = 12_000_000
+BYTES_MAX = 12_500_000
 
 
 def make_pack(work: Path, *, pack: Path = PACK, say: Callable[[str], object]) -> None:
@@ -73,6 +75,9 @@ def make_pack(work: Path, *, pack: Path = PACK, say: Callable[[str], object]) ->
         settings = packed_settings(dataset, preset)
         runs.append(make_run(preset, dataset, settings, store=store))
         _keep_what_pages_show(dataset, settings, store=store)
+        attribute_run(runs[-1], dataset, store=store)
+    say("Comparing the rules")
+    compare_rules(comparable(dataset, store=store), store=store)
     say("Copying")
     _replace(pack, root, store, runs)
 

@@ -66,6 +66,15 @@ def test_every_page_shows_results_at_its_first_visit_and_nothing_red(page: str) 
     assert shown[page]
 
 
+@pytest.mark.parametrize(
+    ("address", "plot"), [({"section": "Attribution"}, "attribution_average"), ({"view": "rules"}, "rules_effects")]
+)
+def test_what_takes_long_is_there_at_the_first_visit(address: dict[str, str], plot: str) -> None:
+    visitor = Visitor(**address).open("evaluation")
+    assert visitor.crashes == visitor.errors == visitor.progress == []
+    assert plot in visitor.plots
+
+
 @pytest.mark.parametrize("name", IDS)
 def test_no_outline_is_fitted_for_what_pages_show_first(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The paper's circumferences take a few hundredths of a second, outlines far longer. Failed fits are not kept."""

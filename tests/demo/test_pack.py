@@ -13,8 +13,10 @@ from corsmal.demo.opening import PACK, open_demo
 from corsmal.demo.packing import BYTES_MAX, IDS, PRESETS, packed_settings
 from corsmal.detection import SmallDetector
 from corsmal.parameters import METHOD_VIEWS
-from corsmal.quantities import QUANTITIES
+from corsmal.quantities import GEOMETRY, QUANTITIES
 from corsmal.runs import load_run
+from corsmal.runs.attribution import STAGES, AttributionTask, load_attribution
+from corsmal.runs.rules import compare_rules, load_rules
 from corsmal.stages.detections import load_detections
 from corsmal.stages.estimates import load_estimate
 from corsmal.stages.true_masks import true_masks
@@ -147,3 +149,32 @@ def test_the_rows_are_those_of_todays_method_and_networks(dataset, store, tmp_pa
         for quantity in QUANTITIES:
             expected = kept[quantity.name]
             assert row[quantity.name] == (expected and pytest.approx(expected, rel=1e-3)), ADVICE
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_attribution_is_kept_and_that_of_todays_method(dataset, store, tmp_path, preset):
+    run = load_run(preset, dataset=dataset.root, store=store)
+    kept = load_attribution(run, dataset, store=store)
+    assert kept is not None, ADVICE
+    assert tuple(kept) == STAGES, ADVICE
+    assert all([row["recording_id"] for row in rows] == list(IDS) for rows in kept.values()), ADVICE
+    for kind in ("detections", "latest"):
+        (tmp_path / kind).symlink_to(store.root / kind)
+    made = AttributionTask(tmp_path, run.settings, STAGES)(dataset[IDS[1]])["rows"]
+    for stage in STAGES:
+        assert_same_geometry(made[stage], kept[stage][1])
+
+
+def test_the_comparison_of_the_rules_is_kept_and_that_of_todays_method(dataset, store, tmp_path):
+    kept = load_rules(dataset, store=store)
+    assert kept is not None, ADVICE
+    for kind in ("detections", "latest"):
+        (tmp_path / kind).symlink_to(store.root / kind)
+    made = compare_rules([dataset[IDS[1]]], store=Store(tmp_path))
+    for condition, rows in kept.items():
+        assert_same_geometry(made[condition][0], rows[1])
+
+
+def assert_same_geometry(row, kept):
+    for name in GEOMETRY:
+        assert row.get(name) == (kept.get(name) and pytest.approx(kept[name], rel=1e-3)), ADVICE
