@@ -1,5 +1,6 @@
 """The Evaluation page sets the paper's method and its authors' program side by side."""
 
+import json
 from pathlib import Path
 
 import pandas as pd
@@ -7,8 +8,10 @@ import pytest
 
 from corsmal.dataset import open_dataset
 from corsmal.engines import local
+from corsmal.evaluation import rules as evaluation_rules
 from corsmal.runs.rules import RULES, comparable, compare_rules
 from corsmal.ui import shared
+from corsmal.ui.evaluation import rules
 from tests.app.driver import Visitor
 
 
@@ -53,6 +56,33 @@ def test_kept_rules_are_shown_at_once_for_any_quantity(tiny_dataset_root: Path) 
     assert tables(visitor)[0].loc["Average", "published"] == 77.1
     labels = visitor.plots["rules_effects"]["figure"]["layout"]["yaxis"]["ticktext"]
     assert list(labels) == list(RULES)
+
+
+def test_errors_are_computed_once_for_all_quantities_and_anew_when_the_annotation_changes(
+    tiny_dataset_root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    computed = []
+
+    def counted(estimates: dict[str, pd.DataFrame], annotation: pd.DataFrame) -> pd.DataFrame:
+        computed.append(annotation)
+        return evaluation_rules.side_by_side(estimates, annotation)
+
+    monkeypatch.setattr(rules, "side_by_side", counted)
+    store = shared.store()
+    compare_rules(comparable(open_dataset(tiny_dataset_root), store=store), store=store)
+    visitor = opened(tiny_dataset_root)
+    before = tables(visitor)[0].loc["Average", "paper"]
+    visitor.choose("rules_metric", "capacity_mape")
+    visitor.choose("rules_metric", "height_mape")
+    assert len(computed) == 1
+    annotation = next(tiny_dataset_root.glob("*annotation.json"))
+    content = json.loads(annotation.read_text(encoding="utf-8"))
+    for row in content["annotations"]:
+        row["height"] = 2 * row["height"]
+    annotation.write_text(json.dumps(content), encoding="utf-8")
+    after = tables(opened(tiny_dataset_root))[0].loc["Average", "paper"]
+    assert len(computed) == 2
+    assert after == pytest.approx((100 + before) / 2, abs=5)  # too low by half and more
 
 
 def test_without_detections_the_page_says_what_is_missing(tmp_path: Path, tiny_dataset_root: Path) -> None:

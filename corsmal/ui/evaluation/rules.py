@@ -8,6 +8,8 @@ import pandas as pd
 import streamlit as st
 
 from corsmal.dataset import Dataset
+from corsmal.digests import digest
+from corsmal.engines.engine import Row
 from corsmal.engines.local import local_engine
 from corsmal.evaluation import estimates_table
 from corsmal.evaluation.attribution_words import is_clear
@@ -23,6 +25,7 @@ from corsmal.figures.attribution import stage_figure
 from corsmal.parameters import SHAPE_PRESETS
 from corsmal.runs.rules import ALONE, IN_TURN, RULES, comparable, compare_rules, load_rules
 from corsmal.ui import shared
+from corsmal.ui.caching import cached
 from corsmal.ui.evaluation.downloads import downloads
 from corsmal.ui.evaluation.judged import METRIC_NAMES, has_truth
 from corsmal.ui.folders import READ_ONLY, is_read_only
@@ -45,15 +48,25 @@ def rules_section(dataset: Dataset) -> None:
     if rows is None:
         _offer(key, dataset)
         return
-    tables = {name: estimates_table(found) for name, found in rows.items()}
-    table = side_by_side(tables, dataset.table)
+    table, effects = _compared(dataset.table, rows)
     st.info(height_sentence(table, height_rule=f"{ALONE}height rule"), icon=":material/height:")
     _containers(table)
-    switched = {rule: tables[f"{ALONE}{rule}"] for rule in RULES}
-    effects = rule_effects(tables["paper"], switched, dataset.table, rng=np.random.default_rng(0))
     _effects(effects)
     _in_turn(table)
     downloads(table, name="paper_and_program")
+
+
+def _key(annotation: pd.DataFrame, rows: Mapping[str, list[Row]]) -> str:
+    return digest(pd.util.hash_pandas_object(annotation).to_numpy(), rows)
+
+
+@cached(8, key=_key, spinner="Computing intervals")
+def _compared(annotation: pd.DataFrame, rows: Mapping[str, list[Row]]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The errors of all conditions side by side, and what each rule by itself changes."""
+    tables = {name: estimates_table(found) for name, found in rows.items()}
+    switched = {rule: tables[f"{ALONE}{rule}"] for rule in RULES}
+    effects = rule_effects(tables["paper"], switched, annotation, rng=np.random.default_rng(0))
+    return side_by_side(tables, annotation), effects
 
 
 def _containers(table: pd.DataFrame) -> None:
