@@ -1,6 +1,7 @@
 """The record of one mask by hand."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -77,7 +78,7 @@ class HandMask:
         """The whole outline, (H, W) bool, decoded on each access; None where it was not drawn."""
         return None if self.amodal is None else decode_mask(self.amodal, self.size)
 
-    @property
+    @cached_property
     def area(self) -> int:
         """The number of visible pixels."""
         return int(mask_areas([self.counts], self.size)[0])
@@ -97,7 +98,9 @@ def mask_sentences(mask: Mask, amodal: Mask | None = None) -> tuple[str, ...]:
     if not mask.any():
         return ("The mask is empty: it says that no container is visible in this frame.",)
     found = []
-    pieces, _, statistics, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+    part = np.ascontiguousarray(mask[top : top + height, left : left + width]).view(np.uint8)
+    pieces, _, statistics, _ = cv2.connectedComponentsWithStats(part, connectivity=8)
     if pieces > 2:
         areas = sorted((int(area) for area in statistics[1:, cv2.CC_STAT_AREA]), reverse=True)
         shown = ", ".join(f"{area:,}" for area in areas[:4]) + (", …" if len(areas) > 4 else "")

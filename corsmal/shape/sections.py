@@ -58,7 +58,7 @@ def silhouettes(hull: Hull, cameras: Sequence[Camera]) -> list[Mask]:
             if np.isfinite(piece).all():
                 outline = np.rint(cv2.convexHull(piece) * (1 << SUBPIXEL_BITS)).astype(np.int32)
                 cv2.fillConvexPoly(painted, outline, 1, shift=SUBPIXEL_BITS)
-        masks.append(painted.astype(np.bool_))
+        masks.append(painted.view(np.bool_))
     return masks
 
 

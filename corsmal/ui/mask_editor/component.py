@@ -6,7 +6,7 @@ from typing import Any
 
 import streamlit as st
 
-from corsmal.detection.rle import decode_mask, mask_box
+from corsmal.detection.rle import mask_box
 from corsmal.errors import CorsmalError
 from corsmal.estimation import Fit
 from corsmal.parameters import METHOD_VIEWS
@@ -16,7 +16,7 @@ from corsmal.ui.folders import is_read_only
 from corsmal.ui.linked_plot.assets import read_asset
 from corsmal.ui.linked_plot.component import acknowledged, no_callback
 from corsmal.ui.mask_editor.edited import EditedFrame
-from corsmal.ui.mask_editor.fits import hull_outlines, outlines, plain_runs
+from corsmal.ui.mask_editor.fits import detected_outlines, hull_outlines, plain_runs
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.playback import Playback
 from corsmal.ui.routes import playback_url
@@ -37,6 +37,7 @@ _component = st.components.v2.component(
 def editor_component(
     opened: OpenedRecording,
     frame: int,
+    edited: Mapping[str, EditedFrame],
     *,
     active: str,
     fits: tuple[Fit, Fit],
@@ -48,6 +49,7 @@ def editor_component(
     Args:
         opened: the recording with its detected masks.
         frame: of the recording.
+        edited: the frame in all views, by view.
         active: the view that is edited.
         fits: with the detected masks, and with those by hand, whose hull's outline is drawn as a hint.
         truth: the annotated quantities.
@@ -72,7 +74,7 @@ def editor_component(
             "is_read_only": is_read_only(),
             "said": said,
             "numbers": _numbers(fits, truth),
-            "views": [_view(EditedFrame(opened, name, frame), url, hull.get(name, [])) for name in shown],
+            "views": [_view(edited[name], url, hull.get(name, [])) for name in shown],
             "acknowledged": acknowledged(EDITOR),
         },
         on_report_change=no_callback,
@@ -102,7 +104,7 @@ def _view(edited: EditedFrame, url: str, hull: Any) -> dict[str, Any]:
         "source": _source(edited),
         "mask": plain_runs(shown.counts, size) if drawn is not None or detected is not None else None,
         "amodal": None if drawn is None or drawn.amodal is None else plain_runs(drawn.amodal, size),
-        "detected": outlines(decode_mask(detected.counts, size)) if drawn is not None and detected is not None else [],
+        "detected": detected_outlines(detected.counts, size) if drawn is not None and detected is not None else [],
         "around": None if box is None else [box[0], box[1], box[0] + box[2], box[1] + box[3]],
         "hull": hull,
         "version": history.version,

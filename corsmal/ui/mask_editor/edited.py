@@ -16,7 +16,7 @@ from corsmal.ui.opened import OpenedRecording
 
 @dataclass(frozen=True, eq=False)
 class EditedFrame:
-    """One frame of one view as it is edited.
+    """One frame of one view as it is edited; made anew after each change.
 
     Args:
         opened: the recording with its detected masks.
@@ -46,9 +46,9 @@ class EditedFrame:
         recording = self.opened.recording
         return MaskHistory(recording.id, recording.views[self.view], store=shared.store())
 
-    @property
+    @cached_property
     def history(self) -> FrameHistory:
-        """Of the frame as it is now."""
+        """Of the frame, as it was when this was first asked for."""
         return self.masks.frame(self.own)
 
     @cached_property
@@ -70,9 +70,9 @@ class EditedFrame:
             based_on=f"{found.source}, detection {index + 1}",
         )
 
-    @property
+    @cached_property
     def shown(self) -> HandMask:
-        """The mask by hand, else the detected one, else an empty one: what a tool changes."""
+        """As ``history``: the mask by hand, else the detected one, else an empty one: what a tool changes."""
         width, height = self.opened.video(self.view).size
         empty = np.zeros((height, width), dtype=bool)
         return self.history.mask or self.detected or HandMask.of(empty, frame=self.own)

@@ -1,6 +1,8 @@
 """The hull of the edited frame: from the detected masks, and from those by hand as they are now."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -10,7 +12,7 @@ from corsmal.detection.rle import decode_mask, run_lengths
 from corsmal.errors import CorsmalError, NotFoundError
 from corsmal.estimation import Fit, fit_masks
 from corsmal.geometry import Camera
-from corsmal.parameters import METHOD_VIEWS, CentreRule, Pair, ShapeParameters
+from corsmal.parameters import CentreRule, Pair, ShapeParameters
 from corsmal.shape import silhouettes
 from corsmal.ui.caching import cached
 from corsmal.ui.mask_editor.edited import EditedFrame
@@ -49,19 +51,25 @@ class HandMasks:
         return mask
 
 
-def fits_of(opened: OpenedRecording, pair: Pair, frame: int, shape: ShapeParameters) -> tuple[Fit, Fit]:
-    """The fit of a frame with its detected masks, and with those by hand where there are any."""
+def fits_of(edited: Mapping[str, EditedFrame], pair: Pair, shape: ShapeParameters) -> tuple[Fit, Fit]:
+    """The fit of a frame with its detected masks, and with those by hand where there are any.
+
+    Args:
+        edited: the frame in all views of the method that the recording has, by view.
+        pair: the two views.
+        shape: parameters of the fit.
+    """
     counts = []
-    for view in METHOD_VIEWS:
-        if view in opened.recording.views:
-            try:
-                mask = EditedFrame(opened, view, frame).history.mask
-            except CorsmalError:
-                mask = None
-            if mask is not None:
-                counts.append((view, mask.counts))
-    detected = _fit(opened, pair, frame, shape, ())
-    return detected, _fit(opened, pair, frame, shape, tuple(counts)) if counts else detected
+    for view, each in edited.items():
+        try:
+            mask = each.history.mask
+        except CorsmalError:
+            mask = None
+        if mask is not None:
+            counts.append((view, mask.counts))
+    some = next(iter(edited.values()))
+    detected = _fit(some.opened, pair, some.frame, shape, ())
+    return detected, _fit(some.opened, pair, some.frame, shape, tuple(counts)) if counts else detected
 
 
 @cached(64)
@@ -83,8 +91,18 @@ def hull_outlines(opened: OpenedRecording, fit: Fit) -> dict[str, Outlines]:
 
 def outlines(mask: NDArray[np.bool_]) -> Outlines:
     """The outer outlines of an (H, W) mask, through the middles of its pixels at the edge."""
-    found, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+    part = np.ascontiguousarray(mask[top : top + height, left : left + width]).view(np.uint8)
+    if not part.size:
+        return []
+    found, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE, offset=(left, top))
     return [(contour[:, 0] + 0.5).tolist() for contour in found]
+
+
+@lru_cache(maxsize=64)
+def detected_outlines(counts: bytes, size: tuple[int, int]) -> Outlines:
+    """``outlines`` of a mask of run lengths, which strokes do not change."""
+    return outlines(decode_mask(counts, size))
 
 
 def plain_runs(counts: bytes, size: tuple[int, int]) -> list[int]:

@@ -43,21 +43,36 @@ def mask_editor(opened: OpenedRecording, best: BestFrame, frame: int) -> bool:
     detected = opened
     if opened.recording.masks != "detected":
         detected = OpenedRecording(replace(opened.recording, masks="detected"), opened.selection)
-    said = _take_over(detected)
-    views = [view for view in (*best.pair, *detected.recording.views) if view in detected.recording.views]
-    wanted = session.choice().edited
-    active = wanted if wanted in views else views[0]
-    shape = session.choice().shape
-    fits = fits_of(detected, best.pair, frame, shape)
-    truth = annotated(detected.recording)
-    editor_component(detected, frame, active=active, fits=fits, truth=truth, said=[*said, *_said_of(fits[1])])
-    with guarded():
-        _versions(EditedFrame(detected, active, frame))
+
+    @st.fragment
+    @guarded()
+    def editor() -> None:
+        _editor(detected, best, frame)
+
+    if detected is opened:
+        editor()  # a stroke changes nothing else on the page
+    else:
+        _editor(detected, best, frame)
     with guarded():
         next_masks(detected, best)
-    with guarded():
-        _comparison(detected)
     return True
+
+
+def _editor(opened: OpenedRecording, best: BestFrame, frame: int) -> None:
+    """The editor, the versions of its mask, and what all masks by hand change."""
+    said = _take_over(opened)
+    views = [view for view in (*best.pair, *METHOD_VIEWS) if view in opened.recording.views]
+    wanted = session.choice().edited
+    active = wanted if wanted in views else views[0]
+    edited = {view: EditedFrame(opened, view, frame) for view in METHOD_VIEWS if view in opened.recording.views}
+    fits = fits_of(edited, best.pair, session.choice().shape)
+    truth = annotated(opened.recording)
+    said = [*said, *_said_of(fits[1])]
+    editor_component(opened, frame, edited, active=active, fits=fits, truth=truth, said=said)
+    with guarded():
+        _versions(edited[active])
+    with guarded():
+        _comparison(opened)
 
 
 def _take_over(opened: OpenedRecording) -> list[str]:
