@@ -12,7 +12,7 @@ from corsmal.ui.estimating import (
     predictors,
     whole_estimate,
 )
-from corsmal.ui.look import heading
+from corsmal.ui.look import heading, let_draw
 from corsmal.ui.messages import guarded
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.overview import known_when, pictures
@@ -33,13 +33,17 @@ tiles = Tiles()
 note = st.empty()
 
 with guarded():
-    status.caption(computing("shape", "filling", "mass"))
     settings = estimate_settings(dataset)
+    known = kept_numbers(opened, settings)
+    if known is None:
+        status.caption(computing("shape", "filling", "mass"))
+        tiles.show_pending()
     found = opened.estimate(settings.shape, settings.means)
     tiles.show(shape_tiles(found, recording.annotation, is_inspected=is_inspected), found)
-    reasons, known = left_out(settings), kept_numbers(opened, settings)
+    reasons = left_out(settings)
     if known is not None:  # the numbers come from a run, and need not wait for the networks to be read
         tiles.show(network_tiles(known, recording.annotation, left_out=reasons), found)
+        let_draw()
     pictures.views(opened, found)
     hull, mask, sound = st.columns([4, 3, 3], gap="medium")
     with hull:

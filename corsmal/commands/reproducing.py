@@ -91,7 +91,7 @@ def reproduce(
     if plan:
         return
     chosen_engine = choose_engine(
-        engine, workers=workers, scheduler=scheduler, recordings=len(dataset), detects=detector is not None
+        engine, workers=workers, scheduler=scheduler, recordings=len(dataset), detects=detector is not None, helps=True
     )
     with progress_bar("reproduction, %") as bar:
 

@@ -10,7 +10,7 @@ from corsmal.digests import file_fingerprint
 from corsmal.errors import CorsmalError
 from corsmal.estimation import Estimate
 from corsmal.parameters import SHAPE_PRESETS
-from corsmal.stages.estimates import Predictors, estimate_row, kept_row
+from corsmal.stages.estimates import KIND, Predictors, estimate_key, estimate_row
 from corsmal.stages.moments import kept_estimate, moments_s
 from corsmal.stages.settings import EstimateSettings, default_settings
 from corsmal.ui import session, shared
@@ -78,9 +78,13 @@ def _by_estimate(opened: OpenedRecording, settings: EstimateSettings) -> tuple[o
 
 
 @cached(32, key=_by_estimate)
+def _row_key(opened: OpenedRecording, settings: EstimateSettings) -> str:
+    return estimate_key(opened.recording, settings, opened.detections.key)
+
+
 def kept_numbers(opened: OpenedRecording, settings: EstimateSettings) -> dict[str, Any] | None:
-    """The row of a run that estimated the recording like this, if there is one: without opening the networks."""
-    return kept_row(opened.recording, settings, opened.detections.key, store=shared.store())
+    """The row of a run that estimated the recording like this, if there is one by now: without opening the networks."""
+    return shared.store().json(KIND, _row_key(opened, settings))
 
 
 @cached(16, key=_by_estimate)

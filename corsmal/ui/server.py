@@ -17,6 +17,10 @@ from corsmal.ui.routes import routes
 PAGES_AFTER_S, NETWORKS_AFTER_S = 0.3, 20.0
 """When to load, s after the start: what pages need while the browser loads Streamlit, the rest after the first page."""
 
+SWITCH_S = 0.0005
+"""For how long a thread that computes may keep the interpreter from one that answers a visitor. By default it is ten
+times as long, and a page asks for the interpreter some hundred times."""
+
 OF_PAGES = (
     "corsmal.ui.sidebar",
     "corsmal.ui.opened",
@@ -30,12 +34,13 @@ OF_NETWORKS = ("torch", "corsmal.shape.kernels")
 
 
 def start() -> list[Route]:
-    """Have libraries loaded in the background.
+    """Have libraries loaded in the background, and visitors answered while something is computed.
 
     Returns:
         The routes of the application.
     """
     _log_jobs()
+    sys.setswitchinterval(SWITCH_S)
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through the script, too
     for delay_s, names in ((PAGES_AFTER_S, OF_PAGES), (NETWORKS_AFTER_S, OF_NETWORKS)):
         timer = threading.Timer(delay_s, _load, [names])

@@ -13,7 +13,9 @@ from corsmal.stages.estimates import Predictors, load_estimate
 from corsmal.stages.moments import known_when, moments_s
 from corsmal.stages.settings import EstimateSettings, default_settings
 from corsmal.store import Store
+from corsmal.ui import look
 from corsmal.ui.amounts import grams
+from corsmal.ui.overview.tiles import Tiles
 from tests.app.driver import Visitor
 from tests.networks import write_networks
 
@@ -43,6 +45,27 @@ def wait_for_curves(visitor: Visitor) -> dict[str, Any]:
     visitor.wait_for(lambda visitor: CURVES in visitor.plots and not visitor.progress)
     figure: dict[str, Any] = visitor.plots[CURVES]["figure"]
     return figure
+
+
+@pytest.mark.usefixtures("networks")
+def test_numbers_that_are_kept_are_drawn_once_and_before_the_rest(
+    sound_root: Path, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[str] = []
+    monkeypatch.setattr(Tiles, "show_pending", lambda _tiles: drawn.append("being computed"))
+    monkeypatch.setattr(look, "DRAWING_S", 0.01)
+    monkeypatch.setattr(look, "sleep", lambda _seconds: drawn.append("the browser draws"))
+    Visitor(sound_root, begins="overview")
+    assert drawn == ["being computed"]
+
+    drawn.clear()
+    row_of(sound_root, store, "tuned")
+    visitor = Visitor(sound_root, begins="overview", recording="000000")
+    assert visitor.metrics["Filling"] not in ("–", "…", "left out")
+    assert drawn == ["the browser draws"]
+    visitor.test.run()
+    assert drawn == ["the browser draws"]  # once in a session
+    assert visitor.crashes == []
 
 
 @pytest.mark.usefixtures("networks")

@@ -81,7 +81,12 @@ def test_run_of_30_recordings(benchmark: BenchmarkFixture, thirty: Dataset, ids,
 
     def run() -> None:
         made = make_run(
-            None, thirty, settings_of(thirty, preset), store=fresh(), recordings=ids, engine=local_engine(len(ids))
+            None,
+            thirty,
+            settings_of(thirty, preset),
+            store=fresh(),
+            recordings=ids,
+            engine=local_engine(len(ids), helps=True),
         )
         assert len(made.rows) == len(ids)
 

@@ -2,12 +2,15 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 
 from corsmal.engines.engine import run_batch
-from corsmal.engines.processes import GIVING_WAY, THREADS, Processes, cores
+from corsmal.engines.processes import Processes, cores
+from corsmal.engines.workers import GIVING_WAY, THREADS
 from corsmal.errors import ArgumentError
 from tests.engines.faulty import Faulty, wait_for
 
@@ -97,8 +100,7 @@ def test_work_gives_way_where_it_is_to(tmp_path):
 
 
 def test_all_processes_together_use_the_cores_once(tmp_path, monkeypatch):
-    for name in THREADS:
-        monkeypatch.delenv(name, raising=False)
+    forget_threads(monkeypatch)
     [outcome] = Processes(1)(threads_of, [tmp_path])
     assert set(outcome.row.values()) == {cores()}
     outcomes = list(Processes(cores())(threads_of, [tmp_path] * cores()))
@@ -172,9 +174,64 @@ def test_what_was_given_to_a_worker_ahead_is_done_though_it_dies(dataset, tmp_pa
     assert [outcome.problem for outcome in outcomes] == [""] * 5
 
 
-def test_a_number_of_processes_that_cannot_be_is_refused():
-    with pytest.raises(ArgumentError, match="count must be at least 1, got 0"):
-        Processes(0)
+def test_this_process_helps_and_takes_over_what_a_process_that_starts_was_given(tmp_path, monkeypatch):
+    (tmp_path / "slow").mkdir()
+    starting = "import time; time.sleep(600)"
+    (tmp_path / "slow" / "sitecustomize.py").write_text(starting, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "slow"))  # the other process never gets as far as its work
+    outcomes = list(Processes(2, helps=True)(process_of, [tmp_path] * 5))
+    assert sorted(outcome.index for outcome in outcomes) == [0, 1, 2, 3, 4]
+    assert pids_in(tmp_path) == [os.getpid()]
+
+
+def test_each_recording_is_handed_out_once_where_this_process_helps(dataset, tmp_path):
+    recordings = [replace(dataset["000000"], id=str(number)) for number in range(12)]
+    task = Faulty(raises={each.id: "pause" for each in recordings}, pids=tmp_path)
+    outcomes = list(Processes(2, helps=True)(task, recordings))
+    assert sorted(outcome.index for outcome in outcomes) == list(range(12))
+    assert len(pids_in(tmp_path)) == 2
+
+
+def test_a_process_that_dies_beside_this_one_is_replaced(tmp_path):
+    engine, mine = Processes(2, helps=True), os.getpid()
+    outcomes = engine(KillsOthers(mine, tmp_path / "killed"), [tmp_path] * 12)
+    assert sorted((outcome.index, outcome.problem) for outcome in outcomes) == [(index, "") for index in range(12)]
+    assert (tmp_path / "killed").exists()
+
+
+def test_where_this_process_helps_it_uses_its_share_of_the_cores_and_has_all_again(tmp_path, monkeypatch):
+    forget_threads(monkeypatch)
+    before = threads_of(tmp_path)
+    outcomes = list(Processes(cores() + 1, helps=True)(threads_of, [tmp_path] * (cores() + 1)))
+    assert all(set(outcome.row.values()) == {1} for outcome in outcomes)
+    assert threads_of(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"count": 0}, "count must be at least 1, got 0"),
+        ({"count": 2, "helps": True, "stays": True}, "helps must be false for workers that stay, got true"),
+    ],
+)
+def test_processes_that_cannot_be_are_refused(arguments, said):
+    with pytest.raises(ArgumentError, match=said):
+        Processes(**arguments)
+
+
+@dataclass(frozen=True)
+class KillsOthers:
+    """A task that ends a process other than ``mine``, once."""
+
+    mine: int
+    killed: Path
+
+    def __call__(self, _folder: Path) -> dict[str, int]:
+        if os.getpid() != self.mine and not self.killed.exists():
+            self.killed.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        time.sleep(0.3)
+        return {}
 
 
 def process_of(folder: Path) -> dict[str, int]:
@@ -190,6 +247,12 @@ def threads_of(_folder: Path) -> dict[str, int]:
     import torch  # noqa: PLC0415
 
     return {"torch": torch.get_num_threads(), "cv2": cv2.getNumThreads(), "numba": numba.get_num_threads()}
+
+
+def forget_threads(monkeypatch):
+    """Leave the numbers of threads to the engine; Dask's workers, started by another test, set some for good."""
+    for name in (*THREADS, "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        monkeypatch.delenv(name, raising=False)
 
 
 def pids_in(folder):

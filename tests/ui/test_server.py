@@ -18,6 +18,9 @@ def fresh(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["app.py"])
     monkeypatch.setattr(server, "PAGES_AFTER_S", 1e6)
     monkeypatch.setattr(server, "NETWORKS_AFTER_S", 1e6)
+    before = sys.getswitchinterval()
+    yield
+    sys.setswitchinterval(before)
 
 
 def test_streamlit_finds_the_application():
@@ -30,6 +33,13 @@ def test_the_start_gives_the_routes_and_writes_nothing(tmp_path):
     paths = [route.path for route in server.start()]
     assert "/thumbnails/{dataset}/{recording}.jpg" in paths
     assert not (tmp_path / "cache").exists()
+
+
+def test_a_visitor_is_answered_soon_while_a_thread_computes():
+    before = sys.getswitchinterval()
+    server.start()
+    assert sys.getswitchinterval() == pytest.approx(server.SWITCH_S)
+    assert before > server.SWITCH_S
 
 
 def test_at_the_end_jobs_are_told_to_stop_and_keep_what_they_have(monkeypatch):

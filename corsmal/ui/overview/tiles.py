@@ -32,6 +32,9 @@ class Tiles:
         self._slots: dict[str, DeltaGenerator] = {
             tile.label: column.empty() for tile, column in zip(PENDING, columns, strict=True)
         }
+
+    def show_pending(self) -> None:
+        """Say of all numbers that they are being computed, where that takes a moment; drawing it does, too."""
         for tile in PENDING:
             with self._slots[tile.label].container(border=True, gap=None, height="stretch"):
                 st.button(tile.label, key=f"pending {tile.label}", type="tertiary", disabled=True)
