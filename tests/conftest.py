@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import hypothesis
@@ -33,6 +34,16 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
     if getattr(config.option, "numprocesses", None):
         config.option.dist, config.option.loadscopereorder = "loadfile", False
+
+
+@pytest.fixture(scope="session", autouse=True)
+def nothing_left_in_the_checkout() -> Iterator[None]:
+    """Commands write into the current folder by default; a test that runs one names another place."""
+    top = Path(__file__).resolve().parents[1]
+    before = set(top.iterdir())
+    yield
+    left = [path.name for path in set(top.iterdir()) - before if path.is_file() and not path.name.startswith(".")]
+    assert not left, f"tests have left files in the checkout: {', '.join(sorted(left))}"
 
 
 @pytest.fixture(scope="session")
