@@ -38,7 +38,7 @@ class GrabCutSegmenter:
     """OpenCV's GrabCut, which needs no network, see ``propose_mask``."""
 
     name = "GrabCut"
-    digest = "GrabCut 1"
+    digest = "GrabCut 2"
 
     def propose(self, image: NDArray[np.uint8], prompt: Prompt) -> Drawn:
         """See ``Segmenter``."""

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from corsmal.by_hand import MaskHistory
+from corsmal.by_hand import Drawn, MaskHistory, Prompt
+from corsmal.by_hand.prompted import GrabCutSegmenter
 from corsmal.dataset import Recording, open_dataset
 from corsmal.parameters import ShapeParameters
 from corsmal.runs import make_run
@@ -134,6 +135,31 @@ def test_a_proposal_from_a_box_is_near_the_container(editor: Editor, recording: 
     editor.act("propose", box=box, inside=[[list(centre(true))]], outside=[])
     found = masks(recording).masks()[FRAME].mask
     assert (found & true).sum() / (found | true).sum() > 0.85
+
+
+def test_a_proposal_refines_the_shown_mask_and_none_before_it(
+    editor: Editor, recording: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    starts: list[Any] = []
+
+    def propose(_: GrabCutSegmenter, image: np.ndarray, prompt: Prompt) -> Drawn:
+        starts.append(prompt.start)
+        half = detected(recording)
+        half[:, : image.shape[1] // 2] = False
+        return Drawn(half)
+
+    monkeypatch.setattr(GrabCutSegmenter, "propose", propose)
+    box = {"box": [5, 5, 50, 50], "inside": [], "outside": []}
+    editor.act("propose", **box)
+    editor.act("propose", **box)
+    for start in starts:
+        np.testing.assert_array_equal(start, detected(recording))
+    editor.act("polygon", points=[[10, 10], [40, 10], [40, 40], [10, 40]])
+    editor.act("propose", **box)
+    assert abs(int(starts[2].sum()) - 900) < 70
+    editor.act("eraser", points=[[0, 0], [SIZE[0], SIZE[1]]], radius=400)
+    editor.act("propose", **box)
+    assert starts[3] is None
 
 
 def test_what_cannot_be_done_is_said_and_changes_nothing(editor: Editor, recording: Recording) -> None:

@@ -1,5 +1,6 @@
 """Proposals by GrabCut on a picture whose answer is known."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -43,6 +44,62 @@ def test_a_stroke_outside_takes_away_what_has_the_same_colour():
     assert with_both[40:56, 53:58].mean() > 0.9 or overlap(with_both, mask) > 0.9
     assert not told[40:56, 54:57].any()
     assert overlap(told, mask) > 0.85
+
+
+def test_where_colours_tell_nothing_the_usual_place_in_the_box_counts():
+    image = np.random.default_rng(0).normal(150, 6, (*SHAPE, 3)).clip(0, 255).astype(np.uint8)
+    found = propose_mask(image, Prompt(BOX)).mask
+    left, top = BOX[:2]
+    assert found[top + 8 : top + 14, 74:86].all()  # below the middle of the rim, which hands hide least
+    assert not found[: top - 1].any()
+    assert not found[:, : left - 1].any()
+
+
+def grown(mask, pixels):
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * pixels + 1,) * 2)).view(np.bool_)
+
+
+def test_the_mask_so_far_is_drawn_to_the_edges_of_the_picture():
+    image, mask = cup()
+    start = grown(mask, 1)
+    found = propose_mask(image, Prompt(BOX, start=start)).mask
+    assert overlap(found, mask) > 0.98 > overlap(start, mask)
+
+
+def test_what_is_far_from_the_edge_of_the_mask_so_far_stays():
+    image, mask = cup()
+    image[30:100, 80:84] = 150  # a stripe that looks like the table
+    found = propose_mask(image, Prompt(BOX, start=mask)).mask
+    assert found[42:90, 80:84].all()
+    assert overlap(found, mask) > 0.95
+
+
+def test_a_stroke_that_contradicts_the_mask_so_far_takes_its_place():
+    image, mask = cup()
+    image[36:60, 52:58] = (190, 50, 40)
+    start = mask.copy()
+    start[36:60, 52:58] = True
+    kept = propose_mask(image, Prompt(BOX, start=start)).mask
+    told = propose_mask(image, Prompt(BOX, start=start, outside=[[(54, 38), (54, 58)]])).mask
+    assert kept[40:56, 53:56].mean() > 0.5
+    assert not told[40:56, 53:56].any()
+    assert overlap(told, mask) > 0.9
+    smaller = mask.copy()
+    smaller[:50] = False
+    added = propose_mask(image, Prompt((54, 34, 107, 97), start=smaller, inside=[[(80, 40), (80, 48)]])).mask
+    assert added[40:48, 78:83].all()
+    assert (added & mask).sum() > smaller.sum() + 200
+
+
+def test_a_mask_somewhere_else_is_not_begun_with():
+    image, mask = cup()
+    elsewhere = np.zeros(SHAPE, dtype=bool)
+    elsewhere[5:20, 5:20] = True
+    plain = propose_mask(image, Prompt(BOX)).mask
+    for start in (elsewhere, np.zeros(SHAPE, dtype=bool), np.ones(SHAPE, dtype=bool)):
+        np.testing.assert_array_equal(propose_mask(image, Prompt(BOX, start=start)).mask, plain)
+    with pytest.raises(ArgumentError, match="start must be"):
+        propose_mask(image, Prompt(BOX, start=mask[:50]))
 
 
 def test_a_large_picture_is_made_smaller_first():

@@ -149,11 +149,17 @@ def _drawn(edited: EditedFrame, mask: Mask, action: Action) -> Drawn:
         if not all(isinstance(each, list) and len(each) <= STROKES_MAX for each in strokes.values()):
             raise ArgumentError(f"a proposal must have lists of at most {STROKES_MAX} strokes")
         box = _numbers(action.get("box"), dimensions=1).tolist()
-        prompt = Prompt(
-            tuple(box), **{name: [_numbers(stroke) for stroke in each or ()] for name, each in strokes.items()}
-        )
+        drawn = {name: [_numbers(stroke) for stroke in each or ()] for name, each in strokes.items()}
+        prompt = Prompt(tuple(box), **drawn, start=_start(edited, mask))
         return open_segmenter().propose(edited.opened.image(edited.view, edited.frame), prompt)
     raise ArgumentError(f"there is no tool {str(tool)[:20]!r}")
+
+
+def _start(edited: EditedFrame, mask: Mask) -> Mask | None:
+    """What a proposal refines: the mask that is shown, or what was detected where that is a proposal itself."""
+    if edited.shown.tool == "propose":
+        return None if edited.detected is None else edited.detected.mask
+    return mask if mask.any() else None
 
 
 def _numbers(value: Any, *, dimensions: int = 2) -> NDArray[np.float64]:
