@@ -1,4 +1,4 @@
-"""The sizes and forms of the filling networks: the paper's with its presets and its authors', and two for arrays."""
+"""The sizes and forms of the filling networks: the paper's with its presets and its authors', and three for arrays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -125,8 +125,15 @@ class FillingConfig:
         )
 
 
+class _OfArrays:
+    @property
+    def front_end(self) -> FrontEnd:
+        """Of the log-mel rows that the network may be given."""
+        return "paper"
+
+
 @dataclass(frozen=True)
-class RecurrentConfig:
+class RecurrentConfig(_OfArrays):
     """Sizes of the recurrent network and how its answer is read.
 
     Args:
@@ -156,14 +163,43 @@ class RecurrentConfig:
             raise ArgumentError(f"both_ways must be true or false, got {self.both_ways!r}")
         check_choice("network", self.network, ("recurrent",))
 
-    @property
-    def front_end(self) -> FrontEnd:
-        """Of the log-mel rows that it may be given."""
-        return "paper"
+
+@dataclass(frozen=True)
+class ConvolvedConfig(_OfArrays):
+    """Sizes of the convolutional network and how its answer is read.
+
+    Args:
+        channels: C, microphones or views.
+        features: features per row.
+        hidden: outputs of each convolution.
+        layers: convolutions.
+        kernel: rows that one of them sees, an odd number.
+        dropout: of the normalised features and of what the heads are given, while training.
+        decoding: how type and level are read off the two heads' probabilities.
+        network: names this kind of network in files.
+
+    Raises:
+        ArgumentError: a size is not a positive whole number, or a choice is unknown.
+    """
+
+    channels: int = 1
+    features: int = 128
+    hidden: int = 64
+    layers: int = 2
+    kernel: int = 3
+    dropout: float = 0.3
+    decoding: Decoding = "feasible"
+    network: Literal["convolved"] = "convolved"
+
+    def __post_init__(self) -> None:
+        _check_sizes(self, "layers", "kernel")
+        if not self.kernel % 2:
+            raise ArgumentError(f"kernel must be odd, got {self.kernel}")
+        check_choice("network", self.network, ("convolved",))
 
 
 @dataclass(frozen=True)
-class PooledConfig:
+class PooledConfig(_OfArrays):
     """Sizes of the network on changes over time and how its answer is read.
 
     Args:
@@ -189,17 +225,12 @@ class PooledConfig:
         _check_sizes(self)
         check_choice("network", self.network, ("pooled",))
 
-    @property
-    def front_end(self) -> FrontEnd:
-        """As of the others; it is given none."""
-        return "paper"
+
+AnyConfig = FillingConfig | RecurrentConfig | ConvolvedConfig | PooledConfig
 
 
-AnyConfig = FillingConfig | RecurrentConfig | PooledConfig
-
-
-def _check_sizes(config: RecurrentConfig | PooledConfig) -> None:
-    for name in ("channels", "features", "hidden"):
+def _check_sizes(config: RecurrentConfig | ConvolvedConfig | PooledConfig, *further: str) -> None:
+    for name in ("channels", "features", "hidden", *further):
         size = getattr(config, name)
         if type(size) is not int or size < 1:
             raise ArgumentError(f"{name} must be a positive whole number, got {size!r}")

@@ -1,15 +1,15 @@
 """The fused filling network in one file: networks of sound, networks of sight, and the gate between them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from torch import Tensor, nn
 
-from corsmal.errors import ArgumentError
+from corsmal.errors import ArgumentError, check_choice
 from corsmal.filling.config import MODELS_MAX, AnyConfig, PooledConfig, check_together
-from corsmal.filling.fusion import Answer, FusionGate, Sense
+from corsmal.filling.fusion import SENSES, Answer, FusionGate, GateForm, Sense
 from corsmal.filling.network import build_model, config_of, mean_logits
 from corsmal.state_dicts import is_state_dict
 from corsmal.weights import read_metadata, read_network, save_network
@@ -17,20 +17,23 @@ from corsmal.weights import read_metadata, read_network, save_network
 
 @dataclass(frozen=True)
 class FusedConfig:
-    """Sizes of the networks of both senses.
+    """Sizes of the networks of both senses, and the gate between them.
 
     Args:
         sound: a config per network of sound.
         sight: a config per network of sight, which recognises the container's kind; together at most ``MODELS_MAX``.
+        gate: see ``FusionGate``; older files have the default and do not name it.
 
     Raises:
-        ArgumentError: there are too many, or those of one sense do not belong together.
+        ArgumentError: there are too many, those of one sense do not belong together, or there is no such gate.
     """
 
     sound: tuple[AnyConfig, ...]
     sight: tuple[AnyConfig, ...]
+    gate: GateForm = "kinds"
 
     def __post_init__(self) -> None:
+        check_choice("gate", self.gate, get_args(GateForm))
         for configs in (self.sound, self.sight):
             check_together(configs)
         if not all(isinstance(config, PooledConfig) for config in self.sight):
@@ -51,7 +54,7 @@ class FusedModel(nn.Module):
         self.config = config
         self.sound = nn.ModuleList(map(build_model, config.sound))
         self.sight = nn.ModuleList(map(build_model, config.sight))
-        self.gate = FusionGate()
+        self.gate = FusionGate(config.gate)
 
     def forward(self, sound: Tensor | None, sight: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
         """Logits of type and level and the share of sight in the level, see ``FusionGate.forward``.
@@ -89,9 +92,10 @@ def read_fused(path: Path) -> FusedModel:
         FileError: the file is absent, broken, holds something else, or holds weights that are not finite.
     """
 
-    def build(content: Mapping[str, Mapping[str, Sequence[dict[str, Any]]]]) -> FusedModel:
-        sizes = content["fused"]
-        return FusedModel(FusedConfig(*(tuple(map(config_of, sizes[sense])) for sense in ("sound", "sight"))))
+    def build(content: Mapping[str, Mapping[str, Any]]) -> FusedModel:
+        sizes = dict(content["fused"])
+        sound, sight = (tuple(map(config_of, sizes.pop(sense))) for sense in SENSES)
+        return FusedModel(FusedConfig(sound, sight, **sizes))
 
     return read_network(path, "filling", build)
 

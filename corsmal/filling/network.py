@@ -14,7 +14,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from corsmal.filling.config import AnyConfig, FillingConfig, PooledConfig, RecurrentConfig
+from corsmal.filling.config import AnyConfig, ConvolvedConfig, FillingConfig, PooledConfig, RecurrentConfig
+from corsmal.filling.convolved import ConvolvedModel
 from corsmal.filling.inputs import checked_mask
 from corsmal.filling.pooled import PooledModel
 from corsmal.filling.records import LEVEL_NAMES, TYPE_NAMES
@@ -224,21 +225,26 @@ def sinusoidal_positions(length: int, width: int) -> Tensor:
     return torch.stack([angles.sin(), angles.cos()], dim=-1).flatten(1)
 
 
-AnyModel = FillingModel | RecurrentModel | PooledModel
+AnyModel = FillingModel | RecurrentModel | ConvolvedModel | PooledModel
 
 
 def build_model(config: AnyConfig) -> AnyModel:
     """The network of a config, with its first weights."""
     if isinstance(config, FillingConfig):
         return FillingModel(config)
-    return RecurrentModel(config) if isinstance(config, RecurrentConfig) else PooledModel(config)
+    if isinstance(config, RecurrentConfig):
+        return RecurrentModel(config)
+    return ConvolvedModel(config) if isinstance(config, ConvolvedConfig) else PooledModel(config)
 
 
 def config_of(content: Mapping[str, Any]) -> AnyConfig:
     """The config that a file holds."""
-    if "network" not in content:
-        return FillingConfig(**content)
-    return RecurrentConfig(**content) if content["network"] == "recurrent" else PooledConfig(**content)
+    kinds: dict[str, type[AnyConfig]] = {
+        "recurrent": RecurrentConfig,
+        "convolved": ConvolvedConfig,
+        "pooled": PooledConfig,
+    }
+    return kinds[content["network"]](**content) if "network" in content else FillingConfig(**content)
 
 
 def mean_logits(logits: Sequence[Tensor]) -> Tensor:

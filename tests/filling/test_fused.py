@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pandas as pd
@@ -12,6 +12,7 @@ from corsmal.filling.config import PooledConfig, RecurrentConfig
 from corsmal.filling.fused import FusedConfig, FusedModel, read_fused, save_fused
 from corsmal.filling.fused_training import inner_folds, seen
 from corsmal.filling.senses import CONDITIONS, predictions_by_condition
+from corsmal.weights import save_network
 from tests.filling.made import JOINT, WIDTH, made_features, made_samples
 
 SOUND = RecurrentConfig(channels=2, features=WIDTH, hidden=4)
@@ -47,6 +48,26 @@ def test_model_is_read_back(weights):
     assert second.config == first.config
     for name, value in first.state_dict().items():
         assert torch.equal(second.state_dict()[name], value)
+
+
+def test_older_file_that_names_no_gate_has_one_of_kinds(tmp_path):
+    model = untrained()
+    sizes = asdict(model.config)
+    del sizes["gate"]
+    save_network(tmp_path / "old.safetensors", model, kind="filling", config={"fused": sizes})
+    found = read_fused(tmp_path / "old.safetensors")
+    assert found.gate.form == "kinds"
+    assert found.gate.state_dict().keys() == model.gate.state_dict().keys()
+    save_fused(tmp_path / "new.safetensors", FusedModel(FusedConfig((SOUND,), (SIGHT,), "visible")))
+    assert read_fused(tmp_path / "new.safetensors").gate.form == "visible"
+
+
+def test_preset_has_at_most_eight_networks_and_a_small_file(tmp_path):
+    preset = FusedTraining()
+    sound = tuple(config for group in preset.sound for config in group.networks)
+    save_fused(tmp_path / "preset.safetensors", FusedModel(FusedConfig(sound, preset.sight.networks, preset.gate)))
+    assert len(sound) + len(preset.sight.networks) <= 8
+    assert (tmp_path / "preset.safetensors").stat().st_size < 20e6
 
 
 def test_prediction_holds_what_each_sense_says(weights):
@@ -114,7 +135,7 @@ def test_training_ends_with_one_file_and_resumes(tmp_path):
     assert shares[-1] == pytest.approx(1)
     model = read_fused(path)
     assert (len(model.sound), len(model.sight)) == (2, 1)
-    assert model.gate.share.weight.abs().sum() > 0
+    assert model.gate.visible.abs() > 0
     assert FusedPredictor(path).trained_on == record
     before = path.stat().st_mtime_ns
     path.unlink()

@@ -1,3 +1,5 @@
+import math
+
 import pytest
 import torch
 
@@ -38,15 +40,28 @@ def test_one_sense_is_passed_on():
 
 def test_untrained_gate_takes_the_mean_of_the_levels_logarithms():
     sound, sight, *_ = made(6)
-    types, levels, share = FusionGate()(sound, sight)
+    types, levels, share = FusionGate("kinds")(sound, sight)
     assert torch.equal(types, sound[0])
     assert torch.allclose(levels, (sound[1] + sight[1]) / 2)
     assert (share == 0.5).all()
 
 
-def test_gate_learns_whom_to_trust_when():
+def test_sight_has_no_share_in_a_box():
+    sound, sight, *_ = made(3)
+    sure = torch.tensor([[1.0, 0.0, 0.0], [0.25, 0.25, 0.5], [0.0, 0.0, 1.0]])
+    gate = FusionGate("visible")
+    with torch.no_grad():
+        gate.visible.fill_(math.log(3))  # its sigmoid is 3/4
+        _, levels, share = gate(sound, sight._replace(kinds=sure.log()))
+    assert share.tolist() == pytest.approx([0.75, 0.375, 0])
+    assert torch.allclose(levels[0], 0.25 * sound.levels[0] + 0.75 * sight.levels[0])
+    assert torch.equal(levels[2], sound.levels[2])
+
+
+@pytest.mark.parametrize("form", ["kinds", "visible"])
+def test_gate_learns_whom_to_trust_when(form):
     sound, sight, types, levels, is_heard = made()
-    gate = FusionGate()
+    gate = FusionGate(form)
     gate.learn(sound, sight, types=types, levels=levels)
     with torch.no_grad():
         found_types, found_levels, share = gate(sound, sight)
@@ -78,3 +93,5 @@ def test_nothing_at_all_and_sight_that_says_no_kind_are_refused():
         FusionGate()(None, None)
     with pytest.raises(ArgumentError, match="must say the container's kind"):
         FusionGate()(sound, sight._replace(kinds=None))
+    with pytest.raises(ArgumentError, match="form"):
+        FusionGate("sound")
