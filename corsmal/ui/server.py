@@ -4,10 +4,13 @@ import asyncio
 import gc
 import importlib
 import logging
+import os
+import signal
 import sys
 import threading
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
+from types import FrameType
 
 from starlette.routing import Route
 from streamlit.runtime.pages_manager import PagesManager
@@ -16,6 +19,9 @@ from corsmal.ui.routes import routes
 
 PAGES_AFTER_S, NETWORKS_AFTER_S = 0.3, 20.0
 """When to load, s after the start: what pages need while the browser loads Streamlit, the rest after the first page."""
+
+READING_S = 0.5
+"""For how long a server that is stopped waits until its visitors have read what they asked for."""
 
 SWITCH_S = 0.0005
 """For how long a thread that computes may keep the interpreter from one that answers a visitor. By default it is ten
@@ -65,10 +71,36 @@ async def lifespan(_app: object) -> AsyncIterator[None]:
 
     A server that is sent SIGTERM ends by that signal, without what Python does at its exit.
     """
+    if threading.current_thread() is threading.main_thread():
+        _end_in_time()
     yield
-    shared = sys.modules.get("corsmal.ui.shared")
-    if shared is not None:
-        await asyncio.to_thread(shared.jobs().stop)
+    await asyncio.to_thread(_stop_jobs)
+
+
+def _end_in_time() -> None:
+    """At SIGTERM wait only so long for visitors who do not read what they asked for; the web server would for ever."""
+    handle = signal.getsignal(signal.SIGTERM)
+
+    def end(number: int, frame: FrameType | None) -> None:
+        if callable(handle):
+            handle(number, frame)
+        timer = threading.Timer(READING_S, _force)
+        timer.daemon = True
+        timer.start()
+
+    if callable(handle):
+        signal.signal(signal.SIGTERM, end)
+
+
+def _force() -> None:
+    _stop_jobs()
+    os.kill(os.getpid(), signal.SIGINT)  # the second signal, at which the web server leaves its visitors
+
+
+def _stop_jobs() -> None:
+    jobs = getattr(sys.modules.get("corsmal.ui.shared"), "jobs", None)
+    if jobs is not None:  # the server may be stopped before, or while, its pages are loaded
+        jobs().stop()
 
 
 def _load(names: Sequence[str]) -> None:
