@@ -12,8 +12,8 @@ from corsmal.quantities import DIMENSIONS, GEOMETRY
 CAPACITY_SCALE, LENGTH_SCALE = 1.6, 1.2
 """From the spread of the fits and a pixel's size to half of a 90 % interval, as ninety synthetic recordings have it."""
 
-ROUND_SCALES, BOX_SCALES = (4.8, 2.4, 4.3, 1.0), (9.0, 1.2, 1.3, 0.9)
-"""From a fit's predicted error to half of a 90 % interval, for capacity, top width, bottom width and height, as the 480
+ROUND_SCALES, BOX_SCALES = (6.7, 1.7, 3.1, 0.9), (6.5, 1.1, 1.1, 0.8)
+"""From a fit's predicted error to half of a 90 % interval, for capacity, top width, bottom width and height, as the 467
 fits of ``corsmal.shape.quality`` have it."""
 
 Interval = tuple[float, float]

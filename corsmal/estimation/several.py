@@ -13,13 +13,17 @@ from corsmal.parameters import SelectionParameters, ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import BestFrame, FrameDetections, Pair, score_frames, select_best_frame
 
-BOX_SLOPE, BOX_LOSS = 100.0, 0.024
-"""From the mean gain of overlap by boxes to the logarithm of their odds, as 36 recordings of the demo have it: a box
+BOX_SLOPE, BOX_LOSS = 100.0, 0.012
+"""From the mean gain of overlap by boxes to the logarithm of their odds, as 30 recordings of the demo have it: a box
 that a hand hides may lose a little overlap against what is round, and nothing round loses as little."""
 
 TRUST_POWER = 2
 """A fit counts with the inverse of this power of its predicted error, or with this power of its overlap where there is
 none. The best one by itself would decide less well: a mask that is too wide in all frames explains itself."""
+
+APART_WEIGHT = 3.0
+"""A fit's mean distance from what all fits say, in % of it, counts so much against its predicted error: within 30
+recordings of the demo (seeds 5 and 11) their sum ranks the frames best."""
 
 MIDDLE = (0.1, 0.9)
 """Between these quantiles of the fits their spread is read."""
@@ -30,7 +34,7 @@ class Combined:
     """What several fits say together.
 
     Args:
-        fit: the one with the least predicted error.
+        fit: the one with the least expected error, see ``expected_error_pct``.
         values: their weighted median, by quantity; None where no fit measures it.
         intervals: where the truth lies with a probability of 90 %, by quantity.
         box_odds: how much likelier a box is than a solid of revolution; None where no box was fitted.
@@ -89,10 +93,26 @@ def combine_fits(fits: Sequence[Fit], recording: Recording) -> Combined | None:
     low, middle, high = np.array([_quantiles(column, weights, (MIDDLE[0], 0.5, MIDDLE[1])) for column in table.T]).T
     measured = {name: value for name, value in zip(GEOMETRY, middle.tolist(), strict=True) if not np.isnan(value)}
     values = {name: measured.get(name) for name in GEOMETRY}
+    if all(fit.hull.error_pct is not None for fit in alike):
+        alike.sort(key=lambda fit: expected_error_pct(fit, measured))
     if len(fits) == 1 or len(measured) < len(GEOMETRY):
         return Combined(alike[0], values, frame_intervals(alike[0]) if len(fits) == 1 else {}, odds)
     pixel_mm = pixel_size_mm(alike[0], recording)
     return Combined(alike[0], values, recording_intervals(measured, (high - low) / 2, pixel_mm=pixel_mm), odds)
+
+
+def expected_error_pct(fit: Fit, values: Mapping[str, float]) -> float:
+    """The error that a frame's fit is expected to have, in %, knowing what the fits of a recording say together.
+
+    They show one rigid container, so that a fit which lies far from the others is in error, however well it explains
+    the masks of its frame.
+
+    Args:
+        fit: one with a predicted error.
+        values: what all fits say, mL and mm, by quantity.
+    """
+    apart = [abs(np.log(found / value)) for name, value in values.items() if (found := getattr(fit.dimensions, name))]
+    return float(np.hypot(fit.hull.error_pct or 0.0, 100 * APART_WEIGHT * np.mean(apart))) if apart else np.inf
 
 
 def _doubt(fit: Fit) -> tuple[float, float]:

@@ -17,6 +17,8 @@ AGREED = 0.75
 GAIN = 0.06
 """A view is left out where the overlap of all views, that view included, grows by more than that. A hand that hides a
 side makes hulls that please two views a little better, and wrong; a mask of another object makes them much better."""
+LONELY = 0.05
+"""A hull for which all views but one count less explains that view only: any gain is enough to leave it out."""
 
 
 def fit_agreeing(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: ShapeParameters) -> Hull:
@@ -33,10 +35,13 @@ def fit_agreeing(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: S
         The hull; its ``view_weights`` are 0 for a view that was left out.
     """
     best = fit_hull(cameras, masks, parameters)
-    most = _overlap(best, cameras, masks) + GAIN if best.ok else 0.0
-    is_good = best.ok and (parameters.method == "circumferences" or most - GAIN >= AGREED)
-    if len(cameras) < 3 or is_good:
+    if len(cameras) < 3 or (best.ok and parameters.method == "circumferences"):
         return best
+    most = _overlap(best, cameras, masks) if best.ok else 0.0
+    if most >= AGREED:
+        return best
+    if best.ok and np.count_nonzero(best.view_weights > LONELY) > 1:
+        most += GAIN
     chosen: list[int] = []
     for left_out in reversed(range(len(cameras))):
         kept = [index for index in range(len(cameras)) if index != left_out]
@@ -56,5 +61,7 @@ def _fit(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: ShapePara
 
 def _overlap(hull: Hull, cameras: Sequence[Camera], masks: Sequence[Mask]) -> float:
     """Intersection over union of the silhouettes and the masks, mean of all views."""
+    if hull.overlap is not None and (hull.view_weights > 0).sum() == len(cameras):
+        return hull.overlap
     seen = silhouettes(hull, cameras)
     return float(np.mean([agreement(solid, mask).overlap for solid, mask in zip(seen, masks, strict=True)]))

@@ -60,5 +60,10 @@ def _judged(hull: Hull, cameras: Sequence[Camera], masks: Sequence[Mask]) -> tup
     found = [agreement(solid, mask) for mask, solid in zip(masks, silhouettes(hull, cameras), strict=True)]
     overlap = float(np.mean([each.overlap for each in found]))
     explained = [each.explained for each in found]
-    evidence = {**hull.evidence, "unexplained": 1 - float(np.mean(explained)), "pair": float(len(found) == 2)}
+    evidence = {
+        **hull.evidence,
+        "unexplained": 1 - float(np.mean(explained)),
+        "beyond": float(np.mean([each.beyond for each in found])),
+        "pair": float(len(found) == 2),
+    }
     return replace(hull, overlap=overlap, evidence=evidence), min(explained)

@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
+from scipy.linalg.lapack import dpbsv
 
 from corsmal.geometry import Floats
 
@@ -54,15 +54,36 @@ def smooth_profile(radii_mm: Floats, weights: Floats) -> Floats:
     return result
 
 
-def _stiff(radii_mm: Floats, trust: Floats, stiffness: Floats) -> Floats:
-    """The minimum of Σ trust·(x - radii)² + Σ stiffness·(second difference of x)², by a banded Cholesky solve."""
-    bands = np.zeros((3, len(radii_mm)))
-    bands[2] = trust + 1e-9
+def second_difference_bands(stiffness: Floats) -> Floats:
+    """The matrix of Σ stiffness·(second difference of x)², (n,) for x of n + 2, upper half, see ``solve_bands``."""
+    bands = np.zeros((3, len(stiffness) + 2))
     bands[2, :-2] += stiffness
     bands[2, 1:-1] += 4 * stiffness
     bands[2, 2:] += stiffness
     bands[1, 1:-1] -= 2 * stiffness
     bands[1, 2:] -= 2 * stiffness
     bands[0, 2:] = stiffness
-    found: Floats = solveh_banded(bands, trust * radii_mm)
-    return found
+    return bands
+
+
+def solve_bands(bands: Floats, right: Floats) -> Floats:
+    """Solve a symmetric positive definite system by Cholesky's decomposition of its bands.
+
+    It is what ``scipy.linalg.solveh_banded`` does, without its checks, which take as long.
+
+    Args:
+        bands: (k, n) of the upper half, the diagonal last.
+        right: (n,) or (n, m).
+    """
+    _, found, problem = dpbsv(bands, right)
+    if problem:
+        raise np.linalg.LinAlgError(f"the system of {len(right)} equations is not positive definite ({problem})")
+    solved: Floats = found
+    return solved
+
+
+def _stiff(radii_mm: Floats, trust: Floats, stiffness: Floats) -> Floats:
+    """The minimum of Σ trust·(x - radii)² + Σ stiffness·(second difference of x)², by a banded Cholesky solve."""
+    bands = second_difference_bands(stiffness)
+    bands[2] += trust + 1e-9
+    return solve_bands(bands, trust * radii_mm)

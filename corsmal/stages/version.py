@@ -1,6 +1,6 @@
 """The version of the method, part of the key of everything that is kept of it."""
 
-METHOD_VERSION = 7
+METHOD_VERSION = 8
 """Raised when the same inputs give another hull, estimate or anything else that is computed from them than before."""
 
 READING_VERSION = 2

@@ -12,7 +12,7 @@ from corsmal.estimation import (
     fit_frame,
 )
 from corsmal.estimation.intervals import BOX_SCALES, CAPACITY_SCALE, LENGTH_SCALE, ROUND_SCALES, frame_intervals
-from corsmal.estimation.several import BOX_LOSS, BOX_SLOPE, combine_fits
+from corsmal.estimation.several import APART_WEIGHT, BOX_LOSS, BOX_SLOPE, combine_fits, expected_error_pct
 from corsmal.parameters import ShapeParameters
 from corsmal.quantities import GEOMETRY
 from corsmal.selection import select_best_frame
@@ -108,6 +108,14 @@ def replace_gain(vote, gain):
 def test_the_fit_with_the_least_predicted_error_is_shown():
     fits = [fit(0, overlap=0.95, error_pct=12.0), fit(1, overlap=0.8, error_pct=4.0), fit(2, overlap=0.9)]
     assert combine_fits(fits, SEEN).fit.frame == 1
+
+
+def test_a_fit_that_lies_far_from_the_others_is_not_shown_however_well_it_explains_its_masks():
+    others = [fit(n, overlap=0.8, error_pct=5.0 + n) for n in range(1, 5)]
+    assert combine_fits([fit(0, overlap=0.95, error_pct=3.0, capacity_ml=700.0), *others], SEEN).fit.frame == 1
+    expected = np.hypot(3.0, 100 * APART_WEIGHT * np.log(1.25) / 4)  # three of the four quantities agree
+    values = {"capacity_ml": 400.0, "width_top_mm": 80.0, "width_bottom_mm": 80.0, "height_mm": 100.0}
+    assert expected_error_pct(fit(0, overlap=0.9, error_pct=3.0), values) == pytest.approx(expected)
 
 
 def test_one_frame_has_the_interval_that_its_predicted_error_gives():
