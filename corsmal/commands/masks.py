@@ -33,7 +33,9 @@ def show(root: Root, name: OneId) -> None:
     if not counts:
         say(f"Recording {recording.id} has no masks by hand: draw them on the Frames page, or import a COCO file.")
         return
-    show_table("Detected masks against those by hand", compare_outlines(recording, store=store))
+    outlines = compare_outlines(recording, store=store)
+    in_percent = outlines.assign(overlap=100 * outlines["overlap"]).rename(columns={"overlap": "IoU, %"})
+    show_table("Detected masks against those by hand: IoU, pixels missed and added by the detector", in_percent)
     table = compare_masks(recording, shapes=SHAPE_PRESETS, store=store)
     show_table("The same frames with detected masks and with those by hand", table.drop(columns="notes"))
     truth = {quantity: getattr(recording.annotation, quantity, None) or 0.0 for quantity in GEOMETRY}
