@@ -32,7 +32,7 @@ def tray(visitor: Visitor) -> dict[str, Any]:
 
 
 def test_pins_are_kept_with_their_numbers_parameters_and_link(sound_root: Path) -> None:
-    visitor = Visitor(sound_root, L="99").open("shape")
+    visitor = Visitor(sound_root, L="99", frame="5").open("shape")
     visitor.report("hull", camera=[1.0, -0.5, 0.25, 0.0, 0.0, 0.1])
     visitor.press("Pin the hull")
     title = "Hull of 000000, view3 + view1, frame 5, paper, own values"
@@ -102,7 +102,7 @@ def test_what_cannot_be_pinned_is_said_and_nothing_is_pinned(root: Path) -> None
 
 
 def test_sound_and_masks_are_pinned(sound_root: Path) -> None:
-    visitor = Visitor(sound_root).open("filling")
+    visitor = Visitor(sound_root, frame="5").open("filling")
     visitor.press("Pin the sound")
     visitor.open("mass")
     visitor.press("Pin the masks")
