@@ -152,6 +152,19 @@ def test_the_rows_are_those_of_todays_method_and_networks(dataset, store, tmp_pa
 
 
 @pytest.mark.parametrize("preset", PRESETS)
+def test_the_readme_has_the_errors_of_the_runs(dataset, store, preset):
+    run = load_run(preset, dataset=dataset.root, store=store)
+    lines = [line.split("|") for line in (PACK / "README.md").read_text(encoding="utf-8").splitlines()]
+    written = {line[1].strip(): line[5 + PRESETS.index(preset)].split() for line in lines if len(line) > 6}
+    for row in run.rows:
+        truth = dataset[row["recording_id"]].annotation
+        quantities = (*GEOMETRY, "container_mass_g")
+        errors = [round(100 * (row[name] / getattr(truth, name) - 1)) for name in quantities]
+        found = [int(number.replace("−", "-")) for number in written[row["recording_id"]]]
+        assert found == errors, "write the errors of the runs into the pack's README"
+
+
+@pytest.mark.parametrize("preset", PRESETS)
 def test_the_attribution_is_kept_and_that_of_todays_method(dataset, store, tmp_path, preset):
     run = load_run(preset, dataset=dataset.root, store=store)
     kept = load_attribution(run, dataset, store=store)
