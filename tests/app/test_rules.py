@@ -1,6 +1,7 @@
 """The Evaluation page sets the paper's method and its authors' program side by side."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -59,8 +60,9 @@ def test_kept_rules_are_shown_at_once_for_any_quantity(tiny_dataset_root: Path) 
 
 
 def test_errors_are_computed_once_for_all_quantities_and_anew_when_the_annotation_changes(
-    tiny_dataset_root: Path, monkeypatch: pytest.MonkeyPatch
+    tiny_dataset_root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    root = Path(shutil.copytree(tiny_dataset_root, tmp_path / "ROOT"))
     computed = []
 
     def counted(estimates: dict[str, pd.DataFrame], annotation: pd.DataFrame) -> pd.DataFrame:
@@ -69,18 +71,18 @@ def test_errors_are_computed_once_for_all_quantities_and_anew_when_the_annotatio
 
     monkeypatch.setattr(rules, "side_by_side", counted)
     store = shared.store()
-    compare_rules(comparable(open_dataset(tiny_dataset_root), store=store), store=store)
-    visitor = opened(tiny_dataset_root)
+    compare_rules(comparable(open_dataset(root), store=store), store=store)
+    visitor = opened(root)
     before = tables(visitor)[0].loc["Average", "paper"]
     visitor.choose("rules_metric", "capacity_mape")
     visitor.choose("rules_metric", "height_mape")
     assert len(computed) == 1
-    annotation = next(tiny_dataset_root.glob("*annotation.json"))
+    annotation = next(root.glob("*annotation.json"))
     content = json.loads(annotation.read_text(encoding="utf-8"))
     for row in content["annotations"]:
         row["height"] = 2 * row["height"]
     annotation.write_text(json.dumps(content), encoding="utf-8")
-    after = tables(opened(tiny_dataset_root))[0].loc["Average", "paper"]
+    after = tables(opened(root))[0].loc["Average", "paper"]
     assert len(computed) == 2
     assert after == pytest.approx((100 + before) / 2, abs=5)  # too low by half and more
 
