@@ -40,13 +40,12 @@ OF_NETWORKS = ("torch", "corsmal.shape.kernels")
 
 
 def start() -> list[Route]:
-    """Have libraries loaded in the background, and visitors answered while something is computed.
+    """Have libraries loaded in the background.
 
     Returns:
         The routes of the application.
     """
     _log_jobs()
-    sys.setswitchinterval(SWITCH_S)
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through the script, too
     for delay_s, names in ((PAGES_AFTER_S, OF_PAGES), (NETWORKS_AFTER_S, OF_NETWORKS)):
         timer = threading.Timer(delay_s, _load, [names])
@@ -73,6 +72,7 @@ async def lifespan(_app: object) -> AsyncIterator[None]:
     """
     if threading.current_thread() is threading.main_thread():
         _end_in_time()
+    sys.setswitchinterval(SWITCH_S)  # not before: what is loaded until then would take longer
     yield
     await asyncio.to_thread(_stop_jobs)
 
