@@ -89,15 +89,6 @@ def test_missing_view_counts_for_nothing():
     assert not torch.allclose(network(twice)[1], network(features)[1], atol=1e-4)
 
 
-def test_durations_are_standardised():
-    network = model()
-    network.learn_statistics([made_features(2, channels=3), made_features(8, channels=3)])
-    assert float(network.duration_mean) == pytest.approx(1.3863, abs=1e-4)  # log 4
-    assert float(network.duration_std) == pytest.approx(0.6931, abs=1e-4)  # log 2
-    network.learn_statistics([made_features(4, channels=3)] * 2)
-    assert float(network.duration_std) == 1
-
-
 def test_network_is_read_back_beside_one_of_another_form(tmp_path):
     written = [model(), RecurrentModel(RecurrentConfig(channels=3, features=16, hidden=4)).eval()]
     save_filling(tmp_path / "filling.safetensors", written)
@@ -121,10 +112,3 @@ def test_network_is_read_back_beside_one_of_another_form(tmp_path):
 def test_wrong_sizes_are_refused(changes, text):
     with pytest.raises(ArgumentError, match=text):
         ConvolvedConfig(**changes)
-
-
-def test_wrong_features_are_refused():
-    features, mask = batch(4)
-    for given in ((features[:, :2], None), (features[..., :8], None), (features, mask[:, :2]), (features, ~mask)):
-        with pytest.raises(ArgumentError):
-            model()(*given)
