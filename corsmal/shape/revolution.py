@@ -41,8 +41,20 @@ def fit_revolution(
         The hull; a failed one, with a reason, where the masks show too little.
     """
     whole = [whole_mask(mask) for mask in masks]
+    first = _look(cameras, whole, axis)
+    if isinstance(first, str):
+        return Hull.failed(first, centroid_m=axis.point_m)
     found = [
-        _fit(cameras, masks, whole, axis, tilt_deg=tilt_deg, circumferences=circumferences, is_straight=is_straight)
+        _fit(
+            cameras,
+            masks,
+            whole,
+            axis,
+            first,
+            tilt_deg=tilt_deg,
+            circumferences=circumferences,
+            is_straight=is_straight,
+        )
         for is_straight in (False, True)
     ]
     fitted = [hull for hull in found if hull.ok]
@@ -54,15 +66,19 @@ def _fit(
     masks: Sequence[Mask],
     whole: Sequence[Mask],
     axis: Axis,
+    first: "_Seen",
     *,
     tilt_deg: float,
     circumferences: int,
     is_straight: bool,
 ) -> Hull:
-    """The hull of one kind of profile: the axis from the whole masks, then the profile from the masks as they are."""
+    """The hull of one kind of profile: the axis from the whole masks, then the profile from the masks as they are.
+
+    ``first`` is what the whole masks show about ``axis``, whatever the profile.
+    """
     profile: tuple[Floats, Floats] | None = None
-    for _ in range(WHOLE_ROUNDS):
-        seen = _look(cameras, whole, axis)
+    for repetition in range(WHOLE_ROUNDS):
+        seen = _look(cameras, whole, axis) if repetition else first
         if isinstance(seen, str):
             return Hull.failed(seen, centroid_m=axis.point_m)
         agreed = agree(
