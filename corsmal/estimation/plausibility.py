@@ -11,7 +11,7 @@ from corsmal.estimation.fit import Fit, MaskSource
 from corsmal.geometry import Camera, Floats, triangulate
 from corsmal.notes import prefixed
 from corsmal.parameters import METHOD_VIEWS, CentreRule
-from corsmal.shape.circumferences import contour_centroid
+from corsmal.shape.cropped import contour_centroid
 
 CAMERA_M = (0.2, 5.0)
 """Between these distances from the container a camera is plausible."""

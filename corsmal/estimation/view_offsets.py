@@ -14,7 +14,7 @@ from corsmal.errors import CorsmalError
 from corsmal.geometry import Camera, Floats
 from corsmal.parameters import METHOD_VIEWS
 from corsmal.selection import FrameDetections
-from corsmal.shape.circumferences import contour_centroid
+from corsmal.shape.cropped import contour_centroid
 
 RANGE_S, STEP_FRAMES = 1.0, 0.5
 """Offsets that are tried."""

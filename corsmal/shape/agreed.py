@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.geometry import Floats
 from corsmal.shape.outlines import Axis, FacingView
-from corsmal.shape.profiles import second_difference_bands, smooth_profile, solve_bands
+from corsmal.shape.profiles import smooth_profile
 
 TRUST_MM = 3.0
 """A radius so much smaller than what the others agree on counts a quarter; one that is larger, at half as much more."""
@@ -81,32 +82,33 @@ def agree(
         patience: how much more is forgiven at first.
         first_mm: (H,) radii to begin with; default: of each height's sides a large one.
     """
+    from corsmal.shape.agreed_kernels import agree_again_and_again  # noqa: PLC0415 - Numba takes long to import
+
     is_seen = np.isfinite(sides)
     rows = np.flatnonzero(is_seen.any(axis=(0, 1)))
     inner = slice(rows[0], rows[-1] + 1)
-    seen = is_seen[:, :, inner]
-    sides_mm, inner_mm = np.where(is_seen, sides, 0.0)[:, :, inner], heights_mm[inner]
-    design, prior = _unknowns(views, inner_mm, axis, tilt_deg)
-    pixels_mm = PIXELS * np.array([view.pixel_mm for view in views])
-    radii_mm = _upper(sides_mm, seen) if first_mm is None else first_mm[inner]
-    steps = np.geomspace(patience, 1.0, REWEIGHTINGS)
-    costs = STRAIGHT * np.geomspace(FIRST_STRAIGHT, 1.0, REWEIGHTINGS) if is_straight else np.zeros(REWEIGHTINGS)
-    unknowns, stiffness = np.zeros(len(prior)), np.full(max(len(inner_mm) - 2, 0), costs[0])
-    for step, cost in zip(steps, costs, strict=True):
-        error = sides_mm - design @ unknowns - radii_mm
-        trust = _trust(error, seen, pixels_mm)
-        scale = TRUST_MM * step * np.where(error < 0, 1.0, OUTWARD)
-        weights = trust[:, None, None] * seen / (1 + (error / scale) ** 2) ** 2
-        if is_straight:
-            agreeing = weights.sum(axis=(0, 1))
-            weights *= agreeing / max(float(agreeing.max()), 1e-9)
-        radii_mm, unknowns = _least_squares(sides_mm, design, weights, prior, stiffness)
-        stiffness = cost / (1 + (np.diff(radii_mm, 2) / (CORNER * step)) ** 2)
+    seen = np.ascontiguousarray(is_seen[:, :, inner])
+    sides_mm = np.where(seen, sides[:, :, inner], 0.0)
+    costs = STRAIGHT * _falling(FIRST_STRAIGHT) if is_straight else np.zeros(REWEIGHTINGS)
+    radii_mm, unknowns, trust, weights = agree_again_and_again(
+        sides_mm,
+        seen,
+        heights_mm[inner],
+        np.array([axis.across @ view.sideways for view in views]),
+        _prior(tilt_deg),
+        _upper(sides_mm, seen) if first_mm is None else first_mm[inner],
+        _falling(patience),
+        costs,
+        np.array([TRUST_MM, *(PIXELS * view.pixel_mm for view in views)]),
+        OUTWARD,
+        CORNER,
+        LEAST_WEIGHT,
+    )
     if not is_straight:
-        radii_mm = smooth_profile(np.where(seen.any(axis=(0, 1)), radii_mm, np.nan), weights.sum(axis=(0, 1)))
+        radii_mm = smooth_profile(np.where(seen.any(axis=(0, 1)), radii_mm, np.nan), weights)
     profile_mm = np.full(len(heights_mm), np.nan)
     profile_mm[inner] = radii_mm
-    return Agreed(unknowns[:2], unknowns[2:] if tilt_deg > 0 else np.zeros(2), profile_mm, trust)
+    return Agreed(unknowns[:2], unknowns[2:], profile_mm, trust)
 
 
 def misfit(sides: Floats, heights_mm: Floats, hull_mm: tuple[Floats, Floats], pixels_mm: Floats) -> float:
@@ -131,49 +133,16 @@ def misfit(sides: Floats, heights_mm: Floats, hull_mm: tuple[Floats, Floats], pi
     return float((costs.sum(axis=(1, 2)) * shares).sum() / (2 * np.ptp(places_mm) * shares.sum()))
 
 
-def _unknowns(views: Sequence[FacingView], heights_mm: Floats, axis: Axis, tilt_deg: float) -> tuple[Floats, Floats]:
-    """How much each side of each view grows with shift and slope of the axis, (V, 2, H, unknowns), and the prior."""
-    along = np.array([[[1.0], [-1.0]] * (axis.across @ view.sideways) for view in views])  # (V, sides, across)
-    design = along[:, :, None].repeat(len(heights_mm), 2)
-    if tilt_deg <= 0:
-        return design, np.diag([1e-6, 1e-6])
-    design = np.concatenate([design, design * heights_mm[:, None]], axis=3)
-    return design, np.diag([1e-6, 1e-6, *[TILT_WEIGHT / np.tan(np.radians(tilt_deg)) ** 2] * 2])
+@cache
+def _falling(first: float) -> Floats:
+    """(R,) from a number down to 1, each by the same factor."""
+    return np.geomspace(first, 1.0, REWEIGHTINGS)
 
 
-def _least_squares(
-    sides_mm: Floats, design: Floats, weights: Floats, prior: Floats, stiffness: Floats
-) -> tuple[Floats, Floats]:
-    """Radii (H,) and unknowns with the least weighted squares of errors and of second differences of the radii.
-
-    The radii are eliminated: for given unknowns they solve a system of five bands.
-    """
-    flat = design.reshape(-1, len(prior))
-    weighted = flat * weights.reshape(-1, 1)
-    crossed = (weights[..., None] * design).sum(axis=(0, 1))
-    bands = second_difference_bands(stiffness)
-    bands[2] += weights.sum(axis=(0, 1)) + LEAST_WEIGHT
-    right = np.column_stack([(weights * sides_mm).sum(axis=(0, 1)), crossed])
-    solved = solve_bands(bands, right)
-    alone, through = solved[:, 0], solved[:, 1:]
-    normal = weighted.T @ flat + prior - crossed.T @ through
-    unknowns = np.linalg.solve(normal, weighted.T @ sides_mm.ravel() - crossed.T @ alone)
-    return alone - through @ unknowns, unknowns
-
-
-def _trust(error_mm: Floats, seen: NDArray[np.bool_], pixels_mm: Floats) -> Floats:
-    """How much each view counts, by the size of its pixels and its usual error: (V,), 1 for the best."""
-    usual = [_median(np.abs(error[mask])) for error, mask in zip(error_mm, seen, strict=True)]
-    trust: Floats = 1 / (np.square(usual) + pixels_mm**2)
-    return trust / trust.max()
-
-
-def _median(values: Floats) -> float:
-    """The median of (n,) numbers, 0 of none; NumPy's takes longer, since it looks for NaN."""
-    if not len(values):
-        return 0.0
-    lower, upper = (len(values) - 1) // 2, len(values) // 2
-    return float(np.partition(values, (lower, upper))[[lower, upper]].mean())
+def _prior(tilt_deg: float) -> Floats:
+    """(4,) what squares of the axis' shifts and slopes cost."""
+    slope = TILT_WEIGHT / np.tan(np.radians(tilt_deg)) ** 2 if tilt_deg > 0 else np.inf
+    return np.array([1e-6, 1e-6, slope, slope])
 
 
 def _upper(sides: Floats, seen: NDArray[np.bool_]) -> Floats:

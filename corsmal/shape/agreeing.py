@@ -7,10 +7,11 @@ import numpy as np
 
 from corsmal.geometry import Camera
 from corsmal.parameters import ShapeParameters
-from corsmal.shape.circumferences import fit_hull
-from corsmal.shape.outlines import Mask
+from corsmal.shape.circumferences import check_masks, fit_cropped
+from corsmal.shape.cropped import Cropped, Mask
+from corsmal.shape.outline_fit import with_box
 from corsmal.shape.records import Hull
-from corsmal.shape.sections import agreement, silhouettes
+from corsmal.shape.sections import cropped_agreement, cropped_silhouettes
 
 AGREED = 0.75
 """A hull whose silhouettes overlap the masks so well, intersection over union, has no view to leave out."""
@@ -34,34 +35,42 @@ def fit_agreeing(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: S
     Returns:
         The hull; its ``view_weights`` are 0 for a view that was left out.
     """
-    best = fit_hull(cameras, masks, parameters)
+    check_masks(cameras, masks)
+    crops = [Cropped.of(mask) for mask in masks]
+    best = fit_cropped(cameras, crops, parameters)
     if len(cameras) < 3 or (best.ok and parameters.method == "circumferences"):
         return best
-    most = _overlap(best, cameras, masks) if best.ok else 0.0
+    most = _overlap(best, cameras, crops) if best.ok else 0.0
     if most >= AGREED:
         return best
     if best.ok and np.count_nonzero(best.view_weights > LONELY) > 1:
         most += GAIN
-    chosen: list[int] = []
+    chosen: tuple[Hull, list[int]] | None = None
     for left_out in reversed(range(len(cameras))):
         kept = [index for index in range(len(cameras)) if index != left_out]
-        tried = _fit(cameras, masks, replace(parameters, boxes=False), kept)
-        if tried.ok and (overlap := _overlap(tried, cameras, masks)) > most:
-            chosen, most = kept, overlap
-    return _fit(cameras, masks, parameters, chosen) if chosen else best
+        tried = _fit(cameras, crops, replace(parameters, boxes=False), kept)
+        if tried.ok and (overlap := _overlap(tried, cameras, crops)) > most:
+            chosen, most = (tried, kept), overlap
+    if chosen is None:
+        return best
+    found, kept = chosen
+    if parameters.method == "circumferences" or not parameters.boxes:
+        return found
+    seeing, seen = [cameras[index] for index in kept], [crops[index] for index in kept]
+    return with_box(found, seeing, seen, tilt_deg=parameters.tilt_deg)
 
 
-def _fit(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: ShapeParameters, kept: Sequence[int]) -> Hull:
+def _fit(cameras: Sequence[Camera], masks: Sequence[Cropped], parameters: ShapeParameters, kept: Sequence[int]) -> Hull:
     """The hull of some views, with weights for all."""
-    hull = fit_hull([cameras[index] for index in kept], [masks[index] for index in kept], parameters)
+    hull = fit_cropped([cameras[index] for index in kept], [masks[index] for index in kept], parameters)
     weights = np.zeros(len(cameras))
     weights[list(kept)] = hull.view_weights if len(hull.view_weights) else 1.0
     return replace(hull, view_weights=weights)
 
 
-def _overlap(hull: Hull, cameras: Sequence[Camera], masks: Sequence[Mask]) -> float:
+def _overlap(hull: Hull, cameras: Sequence[Camera], masks: Sequence[Cropped]) -> float:
     """Intersection over union of the silhouettes and the masks, mean of all views."""
     if hull.overlap is not None and (hull.view_weights > 0).sum() == len(cameras):
         return hull.overlap
-    seen = silhouettes(hull, cameras)
-    return float(np.mean([agreement(solid, mask).overlap for solid, mask in zip(seen, masks, strict=True)]))
+    seen = cropped_silhouettes(hull, cameras)
+    return float(np.mean([cropped_agreement(solid, mask).overlap for solid, mask in zip(seen, masks, strict=True)]))

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from corsmal.geometry import Camera, Floats
-from corsmal.shape.outlines import Mask, across
+from corsmal.shape.cropped import Cropped
 from corsmal.shape.records import Hull
 
 DIRECTIONS = 24
@@ -24,11 +24,9 @@ SIZE_MIN_M = 0.01
 MOVE_MAX = np.array([0.1] * 6 + [0.4] * 3)
 DIFFERENCE = np.array([1e-4] * 6 + [1e-3] * 3)
 
-_CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
-
-def fit_box(cameras: Sequence[Camera], masks: Sequence[Mask], start: Hull, *, tilt_deg: float) -> Hull:
-    """Fit a box to how far masks, (H, W) bool and not empty, reach in every direction in two or more cameras.
+def fit_box(cameras: Sequence[Camera], masks: Sequence[Cropped], start: Hull, *, tilt_deg: float) -> Hull:
+    """Fit a box to how far masks that are not empty reach in every direction in two or more cameras.
 
     Args:
         cameras: two or more.
@@ -55,8 +53,9 @@ def fit_box(cameras: Sequence[Camera], masks: Sequence[Mask], start: Hull, *, ti
     return start if best is None else _hull(best, start)
 
 
-def _reach(mask: Mask, directions: Floats) -> Floats:
-    contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+def _reach(mask: Cropped, directions: Floats) -> Floats:
+    outside, way = cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+    contours, _ = cv2.findContours(mask.pixels.view(np.uint8), outside, way, offset=(mask.left, mask.top))
     points = cv2.convexHull(np.concatenate(contours))[:, 0].astype(np.float64)
     reach: Floats = (points @ directions.T).max(axis=0) + HALF_PIXEL
     return reach
@@ -66,11 +65,13 @@ def _descend(
     box: Floats, projections: Floats, directions: Floats, reach_px: Floats, tilt: float
 ) -> tuple[Floats, float]:
     """Levenberg and Marquardt's descent with weights that forgive what a hand or a wrong mask does."""
+    from corsmal.shape.box_kernels import reach_errors  # noqa: PLC0415 - Numba takes long to import
+
     prior = np.diag([0.0] * 7 + [1 / tilt**2] * 2)
-    error, cost = _errors(box[None], projections, directions, reach_px)[0], np.inf
+    error, cost = reach_errors(box[None], projections, directions, reach_px)[0], np.inf
     damping = 1e-3
     for _ in range(STEPS):
-        nearby = _errors(box + np.diag(DIFFERENCE), projections, directions, reach_px)
+        nearby = reach_errors(box + np.diag(DIFFERENCE), projections, directions, reach_px)
         slopes = ((nearby - error) / DIFFERENCE[:, None]).T
         weights = 1 / (1 + (error / TRUST_PX) ** 2) / TRUST_PX**2
         normal = (slopes * weights[:, None]).T @ slopes + prior
@@ -80,7 +81,7 @@ def _descend(
             scale = np.diag(damping * (np.diag(normal) + 1e-6))
             tried = box + np.clip(-np.linalg.solve(normal + scale, gradient), -MOVE_MAX, MOVE_MAX)
             tried[3:6] = np.maximum(np.abs(tried[3:6]), SIZE_MIN_M)
-            found = _errors(tried[None], projections, directions, reach_px)[0]
+            found = reach_errors(tried[None], projections, directions, reach_px)[0]
             reached = _cost(found, tried, prior)
             if reached < cost:
                 damping = max(damping / 5, 1e-6)
@@ -98,35 +99,10 @@ def _cost(error: Floats, box: Floats, prior: Floats) -> float:
     return float(np.log1p((error / TRUST_PX) ** 2).sum() + box @ prior @ box)
 
 
-def _errors(boxes: Floats, projections: Floats, directions: Floats, reach_px: Floats) -> Floats:
-    """(B, V·D) pixels by which the silhouettes of boxes reach beyond the masks.
-
-    Args:
-        boxes: (B, 9) place of the middle (m), width, depth, height (m), turn and the two slopes of the axis.
-        projections: (V, 3, 4).
-        directions: (D, 2) unit vectors of the image.
-        reach_px: (V, D) of the masks.
-    """
-    cosines, sines = np.cos(boxes[:, 6, None]), np.sin(boxes[:, 6, None])
-    x, y, z = (_CORNERS[:, axis] * boxes[:, 3 + axis, None] for axis in range(3))  # (B, 8) each
-    flat = np.stack([cosines * x - sines * y, sines * x + cosines * y, z], axis=2)
-    corners = boxes[:, None, :3] + flat @ _frames(boxes[:, 7:])
-    seen = np.einsum("vij,bkj->vbki", projections[:, :, :3], corners) + projections[:, None, None, :, 3]
-    pixels = seen[..., :2] / np.maximum(seen[..., 2:], 1e-6)
-    reach = (pixels @ directions.T).max(axis=2)  # (V, B, D)
-    return (reach - reach_px[:, None]).transpose(1, 0, 2).reshape(len(boxes), -1)
-
-
-def _frames(slopes: Floats) -> Floats:
-    """(B, 3, 3) rows of the frames of boxes whose axes lean: two directions across the axis, and the axis."""
-    direction = np.column_stack([slopes, np.ones(len(slopes))])
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    return np.concatenate([across(direction), direction[:, None]], axis=1)
-
-
 def _hull(box: Floats, start: Hull) -> Hull:
     circumferences = len(start.heights_mm)
     middle, (width, depth, height), turn = box[:3], 1000 * box[3:6], float(box[6])
+    direction = np.array([*box[7:], 1.0])
     if width < depth:
         width, depth, turn = depth, width, turn + np.pi / 2
     return Hull(
@@ -134,7 +110,7 @@ def _hull(box: Floats, start: Hull) -> Hull:
         np.full(circumferences, width / 2),
         np.ones(circumferences, dtype=bool),
         middle,
-        direction=_frames(box[None, 7:])[0, 2],
+        direction=direction / np.linalg.norm(direction),
         depth_mm=float(depth),
         yaw=float((turn + np.pi / 2) % np.pi - np.pi / 2),
         view_weights=start.view_weights,

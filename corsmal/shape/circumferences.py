@@ -2,22 +2,19 @@
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
 from corsmal.geometry import Camera, Floats, parallax_deg, triangulate
 from corsmal.parameters import PixelRule, ShapeParameters
+from corsmal.shape.cropped import Cropped, Mask
 from corsmal.shape.outline_fit import fit_outlines
-from corsmal.shape.outlines import Mask
 from corsmal.shape.records import Hull
 from corsmal.shape.sections import unit_circle
 
 PARALLAX_MIN_DEG = 1.0
 """Below this angle between the rays a pixel's error moves the centroid by more than a decimetre at arm's length."""
-
-Pixel = tuple[int, int]
 
 AXIS_REACH_M = 0.5
 AXIS_STEP_M = 0.0005
@@ -49,14 +46,17 @@ def fit_hull(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: Shape
         (145,)
     """
     parameters = parameters or ShapeParameters.paper()
-    _check(cameras, masks)
-    crops, centroids = [_crop(mask) for mask in masks], []
-    for number, (crop, corner) in enumerate(crops, start=1):
-        centroid = contour_centroid(crop)
-        if centroid is None:
-            problem = "is empty" if crop.size == 0 else "has no area"
-            return Hull.failed(f"mask {number} of {len(masks)} {problem}")
-        centroids.append(centroid + corner)
+    check_masks(cameras, masks)
+    return fit_cropped(cameras, [Cropped.of(mask) for mask in masks], parameters)
+
+
+def fit_cropped(cameras: Sequence[Camera], masks: Sequence[Cropped], parameters: ShapeParameters) -> Hull:
+    """As ``fit_hull``, of masks without the empty pixels around them."""
+    centroids = []
+    for number, mask in enumerate(masks, start=1):
+        if mask.centroid is None:
+            return Hull.failed(f"mask {number} of {len(masks)} {'has no area' if mask.count else 'is empty'}")
+        centroids.append(mask.centroid)
     centroid_m = triangulate(cameras, centroids, has_unit_rows=parameters.triangulation == "unit rows")
     if not np.isfinite(centroid_m).all() or parallax_deg(cameras, centroid_m) < PARALLAX_MIN_DEG:
         return Hull.failed("the views' rays through the mask centroids are nearly parallel")
@@ -64,13 +64,12 @@ def fit_hull(cameras: Sequence[Camera], masks: Sequence[Mask], parameters: Shape
         return Hull.failed("the masks' centroids meet behind a camera: they show different objects")
     if parameters.method == "outlines":
         return fit_outlines(cameras, masks, centroid_m, parameters)
-    return _fit_circumferences(cameras, masks, crops, centroid_m, parameters)
+    return _fit_circumferences(cameras, masks, centroid_m, parameters)
 
 
 def _fit_circumferences(
     cameras: Sequence[Camera],
-    masks: Sequence[Mask],
-    crops: Sequence[tuple[Mask, Pixel]],
+    masks: Sequence[Cropped],
     centroid_m: Floats,
     parameters: ShapeParameters,
 ) -> Hull:
@@ -92,8 +91,8 @@ def _fit_circumferences(
     from corsmal.shape.kernels import first_fitting_radius  # noqa: PLC0415 - Numba takes long to import
 
     first = first_fitting_radius(
-        tuple(crop for crop, _ in crops),
-        np.array([corner for _, corner in crops], dtype=np.int64),
+        tuple(mask.pixels for mask in masks),
+        np.array([(mask.left, mask.top) for mask in masks], dtype=np.int64),
         sizes,
         hubs,
         spokes,
@@ -106,12 +105,6 @@ def _fit_circumferences(
     return Hull(heights_m * 1000, fitted_mm, converged, centroid_m)
 
 
-def _crop(mask: Mask) -> tuple[Mask, Pixel]:
-    """The part of a mask that has all of its pixels, and the column and row where it begins."""
-    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
-    return np.array(mask[y : y + height, x : x + width], order="C"), (x, y)
-
-
 def _leaves_images(hubs: Floats, spokes: Floats, sizes: NDArray[np.int64]) -> bool:
     """Whether a pixel of (V, L, 3) centres with (V, N, 3) spokes cannot be counted from the opposite border either.
 
@@ -121,25 +114,8 @@ def _leaves_images(hubs: Floats, spokes: Floats, sizes: NDArray[np.int64]) -> bo
     return bool((beyond[0].min(axis=1) + beyond[1].min(axis=1) <= 0).any())
 
 
-def contour_centroid(mask: Mask) -> Floats | None:
-    """Centroid of a mask's largest contour by image moments.
-
-    Args:
-        mask: (H, W) bool.
-
-    Returns:
-        (2,) pixels ``(x, y)``; None where no contour encloses an area.
-    """
-    if mask.size == 0:
-        return None
-    contours, _ = cv2.findContours(np.ascontiguousarray(mask, np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    moments = cv2.moments(max(contours, key=cv2.contourArea)) if contours else {"m00": 0}
-    if moments["m00"] == 0:
-        return None
-    return np.array([moments["m10"], moments["m01"]]) / moments["m00"]
-
-
-def _check(cameras: Sequence[Camera], masks: Sequence[Mask]) -> None:
+def check_masks(cameras: Sequence[Camera], masks: Sequence[Mask]) -> None:
+    """Refuse masks that do not belong to the cameras, and fewer than two; see ``fit_hull``."""
     if len(cameras) != len(masks) or len(cameras) < 2:
         raise ArgumentError(f"a hull needs one mask for each of two or more cameras, got {len(cameras)}, {len(masks)}")
     for camera, mask in zip(cameras, masks, strict=True):
@@ -150,7 +126,7 @@ def _check(cameras: Sequence[Camera], masks: Sequence[Mask]) -> None:
 
 
 def _heights(
-    cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: Floats, parameters: ShapeParameters
+    cameras: Sequence[Camera], masks: Sequence[Cropped], centroid_m: Floats, parameters: ShapeParameters
 ) -> Floats | None:
     height_range = parameters.height_range
     low_m, high_m = height_range.low_mm / 1000, height_range.high_mm / 1000
@@ -166,13 +142,13 @@ def _heights(
     return np.linspace(low_m, high_m, parameters.circumferences)
 
 
-def _axis_extent(cameras: Sequence[Camera], masks: Sequence[Mask], centroid_m: Floats) -> tuple[float, float] | None:
+def _axis_extent(cameras: Sequence[Camera], masks: Sequence[Cropped], centroid_m: Floats) -> tuple[float, float] | None:
     """Lowest and highest world z (m) at which the vertical through the centroid projects into any mask."""
     heights = centroid_m[2] + np.arange(-AXIS_REACH_M, AXIS_REACH_M + AXIS_STEP_M, AXIS_STEP_M)
     axis = np.column_stack([np.tile(centroid_m[:2], (len(heights), 1)), heights])
     inside = np.zeros(len(heights), dtype=bool)
     for camera, mask in zip(cameras, masks, strict=True):
-        inside |= on_mask(mask, camera.project(axis))
+        inside |= on_mask(mask.in_picture(), camera.project(axis))
     hits = heights[inside]
     return (float(hits[0]), float(hits[-1])) if len(hits) else None
 

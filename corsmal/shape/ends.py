@@ -34,11 +34,7 @@ def end_of(
     sign = 1.0 if upper else -1.0
     ends, counts = [], []
     for view, count in zip(views, trust, strict=True):
-        reach = view.reach_mm((radii[:, None] * shares).ravel(), upper=upper).reshape(len(places), -1)
-        expected = places[:, None] + view.overhang_mm(places, radii, upper=upper)[:, None] * np.sqrt(1 - shares**2)
-        missing = np.sort(sign * (reach - expected), axis=1)  # NaN comes last
-        seen = np.isfinite(missing).sum(axis=1)
-        missing_mm = missing[np.arange(len(places)), np.maximum(seen - 1, 0) // 2]
+        missing_mm = view.missing_mm(places, radii, shares, upper=upper)
         if (reached := _crossing(places, missing_mm)) is not None:
             ends.append(reached)
             counts.append(count)

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpbsv
 
 from corsmal.geometry import Floats
 
@@ -34,6 +33,8 @@ def smooth_profile(radii_mm: Floats, weights: Floats) -> Floats:
     Returns:
         (H,) mm; what is not seen between two seen heights is bridged, what lies beyond them stays NaN.
     """
+    from corsmal.shape.agreed_kernels import smooth_again_and_again  # noqa: PLC0415 - Numba takes long to import
+
     seen: NDArray[np.bool_] = np.isfinite(radii_mm)
     rows = np.flatnonzero(seen)
     if len(rows) < ROWS_MIN:
@@ -42,48 +43,7 @@ def smooth_profile(radii_mm: Floats, weights: Floats) -> Floats:
     known = np.where(seen, radii_mm, 0.0)[inner]
     shares = np.where(seen, weights, 0.0)[inner] / max(float(weights[seen].max()), 1e-9)
     believed = shares**AGREEING_POWER + np.where(seen[inner], 1e-6, 0.0)
-    trust, stiffness = believed, np.full(len(known) - 2, STIFFNESS)
-    found = known
-    for step in range(ROUNDS):
-        found = _stiff(known, trust, stiffness)
-        tolerance = max(1.0, FIRST_TOLERANCE / 2**step)
-        stiffness = STIFFNESS / (1 + (np.diff(found, 2) / (CORNER * tolerance)) ** 2)
-        trust = believed / (1 + ((known - found) / (OUTLIER_MM * tolerance)) ** 2) ** 2
+    tolerances = np.maximum(1.0, FIRST_TOLERANCE / 2.0 ** np.arange(ROUNDS))
     result = radii_mm.copy()
-    result[inner] = found
+    result[inner] = smooth_again_and_again(known, believed, tolerances, STIFFNESS, CORNER, OUTLIER_MM)
     return result
-
-
-def second_difference_bands(stiffness: Floats) -> Floats:
-    """The matrix of Σ stiffness·(second difference of x)², (n,) for x of n + 2, upper half, see ``solve_bands``."""
-    bands = np.zeros((3, len(stiffness) + 2))
-    bands[2, :-2] += stiffness
-    bands[2, 1:-1] += 4 * stiffness
-    bands[2, 2:] += stiffness
-    bands[1, 1:-1] -= 2 * stiffness
-    bands[1, 2:] -= 2 * stiffness
-    bands[0, 2:] = stiffness
-    return bands
-
-
-def solve_bands(bands: Floats, right: Floats) -> Floats:
-    """Solve a symmetric positive definite system by Cholesky's decomposition of its bands.
-
-    It is what ``scipy.linalg.solveh_banded`` does, without its checks, which take as long.
-
-    Args:
-        bands: (k, n) of the upper half, the diagonal last.
-        right: (n,) or (n, m).
-    """
-    _, found, problem = dpbsv(bands, right)
-    if problem:
-        raise np.linalg.LinAlgError(f"the system of {len(right)} equations is not positive definite ({problem})")
-    solved: Floats = found
-    return solved
-
-
-def _stiff(radii_mm: Floats, trust: Floats, stiffness: Floats) -> Floats:
-    """The minimum of Σ trust·(x - radii)² + Σ stiffness·(second difference of x)², by a banded Cholesky solve."""
-    bands = second_difference_bands(stiffness)
-    bands[2] += trust + 1e-9
-    return solve_bands(bands, trust * radii_mm)

@@ -11,8 +11,9 @@ import numpy as np
 
 from corsmal.geometry import Camera, Floats
 from corsmal.shape.agreed import PATIENCE, Agreed, agree, misfit
+from corsmal.shape.cropped import Cropped
 from corsmal.shape.ends import continued_profile, end_of
-from corsmal.shape.outlines import Axis, FacingView, Mask, whole_mask
+from corsmal.shape.outlines import Axis, FacingView
 from corsmal.shape.records import Hull
 
 WHOLE_ROUNDS = 2
@@ -29,7 +30,7 @@ STEEPEST = 0.95
 
 
 def fit_revolution(
-    cameras: Sequence[Camera], masks: Sequence[Mask], axis: Axis, *, tilt_deg: float, circumferences: int
+    cameras: Sequence[Camera], masks: Sequence[Cropped], axis: Axis, *, tilt_deg: float, circumferences: int
 ) -> Hull:
     """Fit a solid of revolution to the outlines of masks, see ``fit_outlines``; the search starts at ``axis``.
 
@@ -40,7 +41,7 @@ def fit_revolution(
     Returns:
         The hull; a failed one, with a reason, where the masks show too little.
     """
-    whole = [whole_mask(mask) for mask in masks]
+    whole = [mask.whole for mask in masks]
     first = _look(cameras, whole, axis)
     if isinstance(first, str):
         return Hull.failed(first, centroid_m=axis.point_m)
@@ -63,8 +64,8 @@ def fit_revolution(
 
 def _fit(
     cameras: Sequence[Camera],
-    masks: Sequence[Mask],
-    whole: Sequence[Mask],
+    masks: Sequence[Cropped],
+    whole: Sequence[Cropped],
     axis: Axis,
     first: "_Seen",
     *,
@@ -118,7 +119,7 @@ class _Seen:
     heights_mm: Floats
 
 
-def _look(cameras: Sequence[Camera], masks: Sequence[Mask], axis: Axis) -> _Seen | str:
+def _look(cameras: Sequence[Camera], masks: Sequence[Cropped], axis: Axis) -> _Seen | str:
     """The outlines of masks about an axis, or why they are of no use."""
     if any(_steepness(camera, axis) > STEEPEST for camera in cameras):
         return "a camera looks along the container's axis"

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from corsmal.errors import ArgumentError
 from corsmal.geometry import Camera, Floats
 from corsmal.parameters import AngleRule
-from corsmal.shape.outlines import Axis, Mask
+from corsmal.shape.cropped import Cropped, Mask
+from corsmal.shape.outlines import Axis
 from corsmal.shape.records import Hull
 
 SIDES, SLICES = 24, 40
@@ -42,24 +44,41 @@ def circumference_points(hull: Hull, *, points: int, angle_rule: AngleRule = "ci
 
 def silhouettes(hull: Hull, cameras: Sequence[Camera]) -> list[Mask]:
     """What cameras see of a hull: an (H, W) bool mask for each, empty where fewer than two circumferences converged."""
+    return [each.in_picture() for each in cropped_silhouettes(hull, cameras)]
+
+
+def cropped_silhouettes(hull: Hull, cameras: Sequence[Camera]) -> list[Cropped]:
+    """The silhouettes without the empty pixels around them."""
     chosen = np.flatnonzero(hull.converged)
     if len(chosen) < 2:
-        return [np.zeros(camera.size[::-1], dtype=np.bool_) for camera in cameras]
+        return [Cropped.empty(camera.size) for camera in cameras]
     if len(chosen) > SLICES:
         chosen = chosen[np.linspace(0, len(chosen) - 1, SLICES).round().astype(np.intp)]
     if hull.depth_mm is not None:
         chosen = chosen[[0, -1]]
     rings = circumference_points(hull, points=SIDES)[chosen]
-    masks = []
-    for camera in cameras:
-        painted = np.zeros(camera.size[::-1], dtype=np.uint8)
-        pixels = camera.project(rings.reshape(-1, 3)).reshape(len(rings), -1, 2).astype(np.float32)
-        for piece in np.concatenate([pixels[:-1], pixels[1:]], axis=1):
-            if np.isfinite(piece).all():
-                outline = np.rint(cv2.convexHull(piece) * (1 << SUBPIXEL_BITS)).astype(np.int32)
-                cv2.fillConvexPoly(painted, outline, 1, shift=SUBPIXEL_BITS)
-        masks.append(painted.view(np.bool_))
-    return masks
+    return [_painted(camera.project(rings.reshape(-1, 3)).reshape(*rings.shape[:2], 2), camera) for camera in cameras]
+
+
+def _painted(rings_px: Floats, camera: Camera) -> Cropped:
+    """The convex hulls of each two neighbours of (L, N, 2) rings; those with points behind the camera are left out."""
+    pixels = rings_px.astype(np.float32)
+    is_seen: NDArray[np.bool_] = np.all(np.isfinite(pixels), axis=(1, 2))
+    pieces = np.flatnonzero(is_seen[:-1] & is_seen[1:])
+    last = np.array(camera.size) - 1
+    inside = np.clip(pixels[is_seen], -1, last + 1)
+    if not len(pieces):
+        return Cropped.empty(camera.size)
+    left, top = np.clip(np.floor(inside.min(axis=(0, 1))) - 1, 0, last).astype(int).tolist()
+    right, bottom = np.clip(np.ceil(inside.max(axis=(0, 1))) + 1, 0, last).astype(int).tolist()
+    painted = np.zeros((bottom - top + 1, right - left + 1), dtype=np.uint8)
+    pixels = np.where(is_seen[:, None, None], pixels, 0)
+    corners = np.rint(pixels * (1 << SUBPIXEL_BITS)).astype(np.int32) - np.array([left, top]) * (1 << SUBPIXEL_BITS)
+    for piece in pieces:
+        pair = slice(piece, piece + 2)
+        outline = cv2.convexHull(pixels[pair].reshape(-1, 2), returnPoints=False)[:, 0]
+        cv2.fillConvexPoly(painted, corners[pair].reshape(-1, 2)[outline], 1, shift=SUBPIXEL_BITS)
+    return Cropped.of(painted.view(np.bool_), left, top, camera.size)
 
 
 @dataclass(frozen=True)
@@ -98,12 +117,14 @@ def agreement(silhouette: Mask, mask: Mask) -> Agreement:
     Raises:
         ArgumentError: the mask is empty.
     """
-    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
-    if not width:
+    return cropped_agreement(Cropped.of(silhouette), Cropped.of(mask))
+
+
+def cropped_agreement(silhouette: Cropped, mask: Cropped) -> Agreement:
+    """As ``agreement``, of masks without the empty pixels around them."""
+    if not mask.count:
         raise ArgumentError("the mask must have a pixel, got an empty one")
-    window = np.s_[top : top + height, left : left + width]
-    counted = (mask[window] & silhouette[window], mask[window], silhouette)
-    return Agreement(*(int(np.count_nonzero(pixels)) for pixels in counted))
+    return Agreement(mask.pixels_in_both(silhouette), mask.count, silhouette.count)
 
 
 def _ring(hull: Hull, *, points: int, angle_rule: AngleRule) -> Floats:

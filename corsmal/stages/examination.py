@@ -17,7 +17,7 @@ from corsmal.estimation.plausibility import reprojection_miss
 from corsmal.geometry import Camera
 from corsmal.parameters import PAIRS, SelectionParameters
 from corsmal.selection import select_best_frame
-from corsmal.shape.circumferences import contour_centroid
+from corsmal.shape.cropped import contour_centroid
 from corsmal.stages.detections import DetectionSet, load_detections
 from corsmal.stages.media_findings import (
     calibration_findings,

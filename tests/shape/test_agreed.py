@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from corsmal.shape.agreed import LEAST_WEIGHT, _least_squares, agree, misfit
+from corsmal.shape.agreed import LEAST_WEIGHT, agree, misfit
+from corsmal.shape.agreed_kernels import agree_again_and_again, least_squares, median
 from corsmal.shape.outlines import Axis
 
 HEIGHTS = np.arange(120.0)
@@ -58,26 +59,79 @@ def test_heights_that_nothing_shows_are_bridged_between_and_left_out_beyond():
         np.testing.assert_allclose(found.profile_mm[5:], CONE[5:], atol=0.1)
 
 
-def test_least_squares_are_those_of_the_whole_system():
-    rng = np.random.default_rng(3)
-    rows, unknowns = 12, 4
-    sides, weights = rng.normal(30, 3, (3, 2, rows)), rng.uniform(0.1, 1, (3, 2, rows))
-    design, stiffness = rng.normal(size=(3, 2, rows, unknowns)), rng.uniform(0, 50, rows - 2)
-    prior = np.diag([1e-6, 1e-6, 2.0, 3.0])
-    found_mm, found = _least_squares(sides, design, weights, prior, stiffness)
-    system, right = [], []
-    for view, side, row in np.ndindex(3, 2, rows):
-        root = np.sqrt(weights[view, side, row])
-        system.append(root * np.concatenate([np.eye(rows)[row], design[view, side, row]]))
+def solved(sides, heights, along, weights, *, prior, stiffness):
+    """Radii and unknowns from the whole system, a row for each side, bend and prior."""
+    rows, system, right = len(heights), [], []
+    for view, side, row in np.ndindex(sides.shape):
+        root, sign = np.sqrt(weights[view, side, row]), (1, -1)[side]
+        grows = sign * np.concatenate([along[view], heights[row] * along[view]])
+        system.append(root * np.concatenate([np.eye(rows)[row], grows]))
         right.append(root * sides[view, side, row])
     for row in range(rows - 2):
-        bend = np.zeros(rows + unknowns)
+        bend = np.zeros(rows + 4)
         bend[row : row + 3] = (1, -2, 1)
         system.append(np.sqrt(stiffness[row]) * bend)
-    system += list(np.sqrt(np.diag([LEAST_WEIGHT] * rows + [*np.diag(prior)])))
+    system += list(np.sqrt(np.diag([LEAST_WEIGHT] * rows + [*prior])))
     right += [0.0] * (len(system) - len(right))
-    expected = np.linalg.lstsq(np.array(system), np.array(right), rcond=None)[0]
-    np.testing.assert_allclose(np.concatenate([found_mm, found]), expected, rtol=1e-6)
+    found = np.linalg.lstsq(np.array(system), np.array(right), rcond=None)[0]
+    return found[:rows], found[rows:]
+
+
+def made_sides(rng, *, rows=12):
+    heights = np.arange(30.0, 30.0 + rows)
+    return rng.normal(30, 3, (3, 2, rows)), heights, rng.normal(size=(3, 2)), np.array([1e-6, 1e-6, 2.0, 3.0])
+
+
+def test_least_squares_are_those_of_the_whole_system():
+    rng = np.random.default_rng(3)
+    sides, heights, along, prior = made_sides(rng)
+    weights, stiffness = rng.uniform(0.1, 1, sides.shape), rng.uniform(0, 50, len(heights) - 2)
+    radii, unknowns = np.zeros(len(heights)), np.zeros(4)
+    least_squares(sides, heights, along, weights, prior, stiffness, LEAST_WEIGHT, radii, unknowns)
+    expected = solved(sides, heights, along, weights, prior=prior, stiffness=stiffness)
+    np.testing.assert_allclose(np.concatenate([radii, unknowns]), np.concatenate(expected), rtol=1e-6)
+
+
+@pytest.mark.parametrize("cost", [0.0, 700.0])
+def test_weights_are_found_again_in_each_round(cost):
+    sides, heights, along, prior = made_sides(np.random.default_rng(4))
+    seen = np.ones(sides.shape, dtype=bool)
+    seen[1, 0, 3:6] = False
+    sides[~seen] = 0.0
+    steps, costs, pixels = np.array([5.0, 2.0, 1.0]), cost * np.array([9.0, 3.0, 1.0]), np.array([2.0, 3.0, 4.0])
+    first = np.full(len(heights), 30.0)
+    found = agree_again_and_again(
+        sides, seen, heights, along, prior, first, steps, costs, np.array([3.0, *pixels]), 1.5, 0.05, LEAST_WEIGHT
+    )
+    radii, unknowns, stiffness = first, np.zeros(4), np.full(len(heights) - 2, costs[0])
+    for step, stiff in zip(steps, costs, strict=True):
+        moved = (along @ unknowns[:2])[:, None] + (along @ unknowns[2:])[:, None] * heights
+        error = sides - np.stack([radii + moved, radii - moved], axis=1)
+        usual = np.array([np.median(np.abs(each[mask])) for each, mask in zip(error, seen, strict=True)])
+        trust = 1 / (usual**2 + pixels**2)
+        trust /= trust.max()
+        weights = seen * trust[:, None, None] / (1 + (error / (3 * step * np.where(error < 0, 1, 1.5))) ** 2) ** 2
+        agreeing = weights.sum(axis=(0, 1))
+        if cost:
+            weights *= agreeing / agreeing.max()
+        radii, unknowns = solved(sides, heights, along, weights, prior=prior, stiffness=stiffness)
+        stiffness = stiff / (1 + (np.diff(radii, 2) / (0.05 * step)) ** 2)
+    for ours, plain in zip(found, (radii, unknowns, trust, agreeing), strict=True):
+        np.testing.assert_allclose(ours, plain, rtol=1e-5, atol=1e-7)
+
+
+def test_an_upright_axis_keeps_its_direction():
+    views, moved = facing(0, 70, 130), 0.1 * HEIGHTS
+    sides = np.stack([CONE + moved, CONE - moved])[None].repeat(3, axis=0)
+    assert agree(views, sides, HEIGHTS, UPRIGHT, tilt_deg=0.0).slope.tolist() == [0.0, 0.0]
+    assert np.abs(agree(views, sides, HEIGHTS, UPRIGHT, tilt_deg=3.0).slope).max() > 0.01
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 5, 40, 41])
+def test_the_median_is_numpys(count):
+    rng = np.random.default_rng(count)
+    for values in (rng.normal(size=50), rng.integers(0, 4, 50).astype(float), np.arange(50.0), -np.arange(50.0)):
+        assert median(values.copy(), count) == (np.median(values[:count]) if count else 0.0)
 
 
 def test_the_misfit_counts_what_is_too_small_half_and_coarse_views_less():

@@ -6,7 +6,8 @@ from corsmal.errors import ArgumentError
 from corsmal.geometry import Camera
 from corsmal.parameters import HeightRange, ShapeParameters
 from corsmal.shape import Hull, circumference_points, fit_hull, measure_hull
-from corsmal.shape.circumferences import contour_centroid, on_mask
+from corsmal.shape.circumferences import on_mask
+from corsmal.shape.cropped import contour_centroid
 from tests.tiny import silhouette, tiny_cameras
 
 PIXEL_STEP_AND_AXIS_MM = 2.5

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from corsmal.shape.profiles import _stiff, smooth_profile
+from corsmal.shape.agreed_kernels import second_difference_bands, smooth_again_and_again, solve_bands
+from corsmal.shape.profiles import smooth_profile
 
 HEIGHTS = np.arange(120.0)
 CONE = 30.0 + 0.15 * HEIGHTS
@@ -55,9 +56,30 @@ def test_too_few_rows_stay_as_they_are(rows):
     np.testing.assert_array_equal(smooth_profile(few, np.ones(20)), few)
 
 
-def test_the_banded_solution_is_that_of_the_whole_matrix():
+def stiff(radii, trust, stiffness):
+    """The solution of the whole matrix."""
+    second = np.diff(np.eye(len(radii)), n=2, axis=0)
+    return np.linalg.solve(np.diag(trust) + second.T @ np.diag(stiffness) @ second, trust * radii)
+
+
+@pytest.mark.parametrize("rows", [3, 4, 9])
+def test_the_banded_solution_is_that_of_the_whole_matrix(rows):
     rng = np.random.default_rng(4)
-    radii, trust, stiffness = rng.uniform(10, 40, 9), rng.uniform(0.1, 3, 9), rng.uniform(1, 300, 7)
-    second = np.diff(np.eye(9), n=2, axis=0)
-    matrix = np.diag(trust) + second.T @ np.diag(stiffness) @ second
-    np.testing.assert_allclose(_stiff(radii, trust, stiffness), np.linalg.solve(matrix, trust * radii), rtol=1e-6)
+    radii, trust, stiffness = rng.uniform(10, 40, rows), rng.uniform(0.1, 3, rows), rng.uniform(1, 300, rows - 2)
+    bands, right = second_difference_bands(stiffness), np.column_stack([trust * radii, trust])
+    bands[2] += trust
+    solve_bands(bands, right)
+    np.testing.assert_allclose(right[:, 0], stiff(radii, trust, stiffness), rtol=1e-9)
+    np.testing.assert_allclose(right[:, 1], stiff(np.ones(rows), trust, stiffness), rtol=1e-9)
+
+
+def test_corners_and_outliers_are_found_again_in_each_round():
+    rng = np.random.default_rng(5)
+    radii, believed = rng.uniform(10, 40, 9), rng.uniform(0.1, 3, 9)
+    trust, bends = believed, np.full(7, 30.0)
+    for tolerance in (16.0, 8.0, 1.0):
+        expected = stiff(radii, trust, bends)
+        bends = 30 / (1 + (np.diff(expected, 2) / (0.08 * tolerance)) ** 2)
+        trust = believed / (1 + ((radii - expected) / (3 * tolerance)) ** 2) ** 2
+    found = smooth_again_and_again(radii, believed, np.array([16.0, 8.0, 1.0]), 30.0, 0.08, 3.0)
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
