@@ -57,11 +57,20 @@ def shapes() -> Callable[[], ShapeParameters]:
 
 @slider
 @pytest.mark.usefixtures("server")
-@pytest.mark.goal(seconds=0.03)
-def test_slider_step(benchmark: BenchmarkFixture, recording: Recording, shapes) -> None:
-    """What the server does when L is dragged on the Shape page: the fit, the figures, and what is sent of the page."""
+@pytest.mark.parametrize(
+    ("preset", "knob"),
+    [
+        pytest.param("paper", "circumferences", marks=pytest.mark.goal(seconds=0.03)),
+        pytest.param("tuned", "tilt_deg"),
+    ],
+)
+def test_slider_step(benchmark: BenchmarkFixture, recording: Recording, preset: str, knob: str) -> None:
+    """What the server does when L, or the tilt, is dragged on the Shape page: fit, figures, and what is sent of it."""
     visitor = Visitor(root_of(recording)).open("shape")
-    benchmark.pedantic(lambda: visitor.drag("hull", circumferences=shapes().circumferences), rounds=12, warmup_rounds=2)
+    visitor.choose("preset_control", preset)
+    knobs = {"circumferences": range(100, 190, 3), "tilt_deg": [step / 4 for step in range(4, 34)]}
+    values = itertools.cycle(knobs[knob])
+    benchmark.pedantic(lambda: visitor.drag("hull", **{knob: next(values)}), rounds=12, warmup_rounds=2)
     assert visitor.crashes == []
 
 

@@ -1,10 +1,15 @@
 """The fit against the plain way. Compare the rows of one run: the ratio counts, not the time of the day."""
 
+import itertools
+from contextlib import suppress
+
 import numpy as np
 import pytest
 
-from corsmal.parameters import ShapeParameters
-from corsmal.shape import fit_hull, measure_hull
+from corsmal.errors import NotFoundError
+from corsmal.estimation import RecordingMasks
+from corsmal.parameters import METHOD_VIEWS, ShapeParameters
+from corsmal.shape import fit_agreeing, fit_hull, measure_hull
 from tests.shape.test_circumferences import BASE_M, CUP, slow_radii
 from tests.tiny import silhouette, tiny_cameras
 
@@ -35,6 +40,28 @@ measuring = pytest.mark.benchmark(group="measure", max_time=0.3)
 def test_fit_two_masks_of_1280x720(benchmark, views, preset):
     parameters = getattr(ShapeParameters, preset)()
     assert benchmark(fit_hull, *views, parameters).converged.any()
+
+
+@pytest.fixture(scope="module")
+def frames(recording, opened, cameras):
+    """The masks of three views in eleven frames of the recording, with a hand about the container."""
+    source = RecordingMasks(recording, opened.found.views)
+    inspected = sorted(set.intersection(*(set(opened.found.views[view].by_frame) for view in METHOD_VIEWS)))
+    masks = []
+    for frame in inspected[:: max(1, len(inspected) // 11)]:
+        with suppress(NotFoundError):
+            masks.append([source.mask(view, frame, "none") for view in METHOD_VIEWS])
+    return [cameras[view] for view in METHOD_VIEWS], masks
+
+
+@fitting
+@pytest.mark.parametrize("preset", [pytest.param("tuned", marks=pytest.mark.goal(seconds=0.025))])
+def test_fit_three_masks_and_leave_out_what_contradicts(benchmark, frames, preset):
+    cameras, masks = frames
+    parameters, turns = getattr(ShapeParameters, preset)(), itertools.cycle(masks)
+    assert benchmark.pedantic(
+        fit_agreeing, setup=lambda: ((cameras, next(turns), parameters), {}), rounds=2 * len(masks), warmup_rounds=1
+    ).ok
 
 
 @fitting
