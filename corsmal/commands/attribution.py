@@ -41,7 +41,7 @@ def attribute(
     if name is None and not ablation:
         raise typer.BadParameter("name a run, or give --ablation", param_hint="NAME")
     dataset = open_dataset(root)
-    chosen = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(dataset), helps=True)
+    chosen = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(dataset))
     if ablation:
         with resumable_progress(len(dataset)) as progress:
             rows = ablate(dataset, store=Store(), engine=chosen, progress=progress)

@@ -48,7 +48,7 @@ def compare(
     recordings = [recording for recording in comparable(dataset, store=store) if recording.id in wanted]
     if not recordings:
         raise NotFoundError("no recording has detections and calibrations of two views: detect first (`detect ROOT`)")
-    chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings), helps=True)
+    chosen_engine = choose_engine(engine, workers=workers, scheduler=scheduler, recordings=len(recordings))
     with resumable_progress(len(recordings)) as progress:
         rows = compare_rules(recordings, store=store, engine=chosen_engine, progress=progress)
     tables = {name: estimates_table(found) for name, found in rows.items()}

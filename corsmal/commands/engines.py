@@ -36,7 +36,6 @@ def choose_engine(
     scheduler: str | None,
     recordings: int,
     detects: bool = False,
-    helps: bool = False,
 ) -> "Engine":
     """The engine for the options ``--engine``, ``--workers`` and ``--scheduler``.
 
@@ -56,7 +55,7 @@ def choose_engine(
         return DaskCluster(scheduler, workers=min(workers or local.default_workers(), max(1, recordings)))
     if detects and (workers or 1) > 1 and local.has_gpu():
         raise typer.BadParameter("only one process can use the GPU of this machine", param_hint="--workers")
-    return local.local_engine(recordings, workers=workers, detects=detects, helps=helps)
+    return local.local_engine(recordings, workers=workers, detects=detects, forks=True)
 
 
 @contextmanager

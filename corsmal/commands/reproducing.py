@@ -91,7 +91,7 @@ def reproduce(
     if plan:
         return
     chosen_engine = choose_engine(
-        engine, workers=workers, scheduler=scheduler, recordings=len(dataset), detects=detector is not None, helps=True
+        engine, workers=workers, scheduler=scheduler, recordings=len(dataset), detects=detector is not None
     )
     with progress_bar("reproduction, %") as bar:
 

@@ -120,7 +120,6 @@ def estimate(
         workers=workers,
         scheduler=scheduler,
         recordings=len(wanted),
-        helps=True,
         detects=settings.detector is not None,
     )
     with resumable_progress(len(wanted)) as progress:

@@ -21,15 +21,15 @@ def local_engine(
     workers: int | None = None,
     detects: bool = False,
     gives_way: bool = False,
-    helps: bool = False,
+    forks: bool = False,
 ) -> Engine:
     """The engine of this machine for a number of recordings: by default as many processes as cores and memory allow.
 
-    A detector on a GPU is run by one process only. Processes that give way let other programs go first. Whether this
-    process ``helps`` the others is of no account where they detect: that takes too long to wait for when it is stopped.
+    A detector on a GPU is run by one process only. Processes that give way let other programs go first; those that
+    ``forks`` asks for begin as copies of this one, see ``Processes``.
     """
     count = min(1 if detects and has_gpu() else workers or default_workers(), recordings)
-    return Processes(count, gives_way=gives_way, helps=helps and not detects) if count > 1 else in_turn
+    return Processes(count, gives_way=gives_way, forks=forks) if count > 1 else in_turn
 
 
 def default_workers() -> int:

@@ -1,6 +1,7 @@
 """Many recordings in several processes of this machine."""
 
 import os
+import sys
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Container, Generator, Iterable, Mapping, Sequence
@@ -10,7 +11,7 @@ from itertools import chain
 from multiprocessing.connection import Connection, wait
 
 from corsmal.engines.engine import Item, Outcome, Row, never
-from corsmal.engines.workers import FAREWELL_S, THREADS, Here, Worker
+from corsmal.engines.workers import FAREWELL_S, THREADS, Worker
 from corsmal.errors import ArgumentError
 
 ATTEMPTS_MAX = 2
@@ -18,8 +19,6 @@ ATTEMPTS_MAX = 2
 
 POLL_S = 0.1
 """Between two questions whether the work was cancelled."""
-
-AnyWorker = Worker | Here
 
 _AHEAD = -1
 
@@ -37,27 +36,24 @@ class Processes:
         gives_way: whether they let other programs go first, see ``GIVING_WAY``.
         stays: whether idle workers wait for the next call, so that it need not start any and load networks anew; work
             that is cancelled is then completed as far as it was begun. ``close`` ends them.
-        helps: whether a thread of this process, which has libraries and networks loaded, is one of the workers. It
-            begins at once, and takes over at the end what a process that is still starting was given. For short tasks
-            in a program that does nothing else meanwhile: what kills it ends all.
+        forks: whether they begin as copies of this process, with the libraries and networks that it has loaded, where
+            that is possible. For a program that does nothing else meanwhile, see ``Worker``.
 
     Raises:
-        ArgumentError: fewer than one, or workers that stay are to be helped.
+        ArgumentError: fewer than one.
     """
 
     count: int
     environment: Mapping[str, str] = field(default_factory=dict)
     gives_way: bool = False
     stays: bool = False
-    helps: bool = False
+    forks: bool = False
     _idle: "deque[Worker]" = field(default_factory=deque, init=False, repr=False, compare=False)
     _ahead: "dict[Worker, int]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.count < 1:
             raise ArgumentError(f"count must be at least 1, got {self.count}")
-        if self.helps and self.stays:
-            raise ArgumentError("helps must be false for workers that stay, got true")
 
     def __str__(self) -> str:
         return f"processes: {self.count}"
@@ -88,16 +84,14 @@ class Processes:
         Raises:
             CorsmalError: a process could not be started.
         """
-        doing: dict[AnyWorker, deque[int]] = {worker: deque([index]) for worker, index in self._ahead.items()}
+        doing = {worker: deque([index]) for worker, index in self._ahead.items()}
         self._ahead.clear()
         workers, waiting = list(doing), deque(range(len(recordings)))
         deaths: Counter[int] = Counter()
-        done = {_AHEAD}
         count = self.count if self.stays else min(self.count, len(recordings))
         try:
             self._complete(workers, count)
-            starting = {worker for worker in workers if isinstance(worker, Worker)} if self.helps else set()
-            while waiting or set(chain.from_iterable(doing.values())) - done:
+            while waiting or set(chain.from_iterable(doing.values())) - {_AHEAD}:
                 if cancelled():
                     waiting.clear()
                     if not self.stays:
@@ -108,26 +102,18 @@ class Processes:
                     while waiting and len(given) < (2 if self.stays and len(waiting) > count else 1):
                         given.append(waiting.popleft())
                         worker.give(task, given[-1], recordings[given[-1]])
-                    unanswered = set(chain.from_iterable(doing.get(other, ()) for other in starting)) - done
-                    if not given and isinstance(worker, Here) and unanswered:
-                        given.append(min(unanswered))
-                        worker.give(task, given[-1], recordings[given[-1]])
                 busy = [worker for worker, given in doing.items() if given]
                 for worker in _answering(busy, None if cancelled is never else POLL_S):
                     index, outcome = doing[worker].popleft(), worker.answer()
-                    starting.discard(worker)
                     if outcome is None:
-                        left = [index, *doing.pop(worker)]
+                        waiting.extend(doing.pop(worker))
                         workers[workers.index(worker)] = self._worker(count)
                         deaths[index] += 1
-                        held = done.union(*doing.values())
-                        if index in held or deaths[index] < ATTEMPTS_MAX:
-                            waiting.extend(each for each in left if each not in held)
+                        if index != _AHEAD and deaths[index] < ATTEMPTS_MAX:
+                            waiting.append(index)
                             continue
-                        waiting.extend(each for each in left[1:] if each not in held)
                         outcome = Outcome(index, problem=f"its process ended {ATTEMPTS_MAX} times, {worker.end()}")
-                    if index not in done:
-                        done.add(index)
+                    if index != _AHEAD:
                         yield outcome
         finally:
             self._leave(workers, [worker for worker, given in doing.items() if given])
@@ -136,33 +122,28 @@ class Processes:
         """End the workers that wait for the next call."""
         self._leave([], (), room=0)
 
-    def _complete(self, workers: list[AnyWorker], count: int) -> None:
+    def _complete(self, workers: list[Worker], count: int) -> None:
         """Take idle workers and start others until there are enough."""
-        if self.helps and len(workers) < count:
-            workers.append(Here(_threads(count)))
         with suppress(IndexError):
             while len(workers) < count:
                 workers.append(self._idle.popleft())
         workers.extend(self._worker(count) for _ in range(count - len(workers)))
 
-    def _leave(self, workers: Sequence[AnyWorker], busy: Container[AnyWorker], *, room: int | None = None) -> None:
+    def _leave(self, workers: Sequence[Worker], busy: Container[Worker], *, room: int | None = None) -> None:
         """End the workers, but for idle ones that stay."""
         room = self.count if room is None and self.stays else room or 0
-        self._idle.extend(each for each in workers if self.stays and isinstance(each, Worker) and each not in busy)
+        self._idle.extend(each for each in workers if self.stays and each not in busy)
         superfluous = [self._idle.popleft() for _ in range(len(self._idle) - room)]
         _end([*superfluous, *(worker for worker in workers if not self.stays or worker in busy)], busy)
 
     def _worker(self, count: int) -> Worker:
-        threads = dict.fromkeys(THREADS, str(_threads(count)))
-        worker = Worker(threads | os.environ | dict(self.environment))
+        threads = dict.fromkeys(THREADS, str(max(1, cores() // count)))
+        environment = threads | os.environ | dict(self.environment)
+        is_copy = self.forks and sys.platform == "linux" and all(environment[name] == "1" for name in THREADS)
+        worker = Worker(environment, is_copy=is_copy)
         if self.gives_way:
             worker.give_way()
         return worker
-
-
-def _threads(count: int) -> int:
-    """Of each of several workers."""
-    return max(1, cores() // count)
 
 
 def cores() -> int:
@@ -170,7 +151,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _end(workers: Collection[AnyWorker], busy: Container[AnyWorker]) -> None:
+def _end(workers: Collection[Worker], busy: Container[Worker]) -> None:
     for worker in workers:
         worker.stop(is_busy=worker in busy)
     end_s = time.monotonic() + FAREWELL_S
@@ -178,7 +159,7 @@ def _end(workers: Collection[AnyWorker], busy: Container[AnyWorker]) -> None:
         worker.join(max(0.0, end_s - time.monotonic()))
 
 
-def _answering(busy: Iterable[AnyWorker], timeout_s: float | None) -> list[AnyWorker]:
+def _answering(busy: Iterable[Worker], timeout_s: float | None) -> list[Worker]:
     """Wait for those that have an answer, or have died."""
     by_connection = {worker.connection: worker for worker in busy}
     return [by_connection[ready] for ready in wait(by_connection, timeout_s) if isinstance(ready, Connection)]

@@ -12,8 +12,12 @@ from corsmal.engines.lifeline import end_with
 def main() -> None:
     """Serve the connection whose file descriptor is the first argument; standard input is a pipe of the parent's."""
     end_with(0)
+    serve(Connection(int(sys.argv[1])))
+
+
+def serve(connection: Connection) -> None:
+    """Call what is sent, and send what it returns, until the other end is closed or SIGTERM arrives."""
     signal.signal(signal.SIGTERM, _leave)
-    connection = Connection(int(sys.argv[1]))
     with suppress(EOFError, OSError):
         while True:
             function, *arguments = connection.recv()

@@ -1,17 +1,20 @@
-"""Who does the work of an engine: a process, or a thread of this one."""
+"""A process that does the work of an engine."""
 
 import os
 import signal
 import subprocess
 import sys
-import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from multiprocessing import Pipe
+from multiprocessing import Pipe, get_context, parent_process
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from corsmal.engines.engine import Item, Outcome, Row, attempt
+from corsmal.engines.engine import Outcome, Row, attempt
+from corsmal.engines.lifeline import end_with
+from corsmal.engines.worker import serve
 from corsmal.errors import CorsmalError
 
 FAREWELL_S = 3.0
@@ -23,7 +26,11 @@ GIVING_WAY = 15
 THREADS = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
 """The variables that limit threads: of PyTorch, NumPy and Arrow; of Numba; of OpenCV."""
 
+_LIMITS = {"torch": ("get_num_threads", "set_num_threads"), "cv2": ("getNumThreads", "setNumThreads")}
 _PACKAGE_PARENT = str(Path(__file__).resolve().parents[2])
+
+_parents_ends: set[Connection] = set()
+"""Of the connections to all workers; a copy of this process has copies of them."""
 
 
 class Worker:
@@ -31,25 +38,19 @@ class Worker:
 
     Args:
         environment: its variables.
+        is_copy: whether it begins as a copy of this process, with all libraries and networks that are loaded. Only on
+            Linux, for a worker of one thread, in a process whose other threads are idle.
 
     Raises:
         CorsmalError: it could not be started.
     """
 
-    def __init__(self, environment: Mapping[str, str]) -> None:
+    def __init__(self, environment: Mapping[str, str], *, is_copy: bool = False) -> None:
         self.connection, theirs = Pipe()
-        path = os.pathsep.join(filter(None, [_PACKAGE_PARENT, environment.get("PYTHONPATH")]))
+        _parents_ends.add(self.connection)
         try:
-            # not by multiprocessing, whose children would run this program's main module, an app's script, say
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "corsmal.engines.worker", str(theirs.fileno())],
-                stdin=subprocess.PIPE,
-                pass_fds=[theirs.fileno()],
-                env={**environment, "PYTHONPATH": path},
-                process_group=0,  # the keyboard reaches only this process, which decides
-            )
+            self._process: _Copy | _Program = (_Copy if is_copy else _Program)(theirs, environment)
         except OSError as error:
-            self.connection.close()
             raise CorsmalError(f"no process could be started ({error.strerror}); free some memory") from error
         finally:
             theirs.close()
@@ -75,18 +76,43 @@ class Worker:
 
     def end(self) -> str:
         """How the process ended, for people."""
-        code = self._process.returncode
+        code = self._process.exit_status
         killed = " (too little memory?)" if code == -signal.SIGKILL else ""
         return f"by signal {-code}{killed}" if code < 0 else f"with exit status {code}"
 
     def stop(self, *, is_busy: bool) -> None:
         """Have it end: at once, if it is busy."""
+        _parents_ends.discard(self.connection)
         self.connection.close()  # which an idle process takes for the end
         if is_busy:
             self._process.terminate()
 
     def join(self, timeout_s: float) -> None:
         """Wait until it has ended; after that time it is killed."""
+        self._process.join(timeout_s)
+
+
+class _Program:
+    """A process that is started by itself."""
+
+    def __init__(self, connection: Connection, environment: Mapping[str, str]) -> None:
+        path = os.pathsep.join(filter(None, [_PACKAGE_PARENT, environment.get("PYTHONPATH")]))
+        # not by multiprocessing, whose children would run this program's main module, an app's script, say
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "corsmal.engines.worker", str(connection.fileno())],
+            stdin=subprocess.PIPE,
+            pass_fds=[connection.fileno()],
+            env={**environment, "PYTHONPATH": path},
+            process_group=0,  # the keyboard reaches only this process, which decides
+        )
+        self.pid, self.terminate = self._process.pid, self._process.terminate
+
+    @property
+    def exit_status(self) -> int:
+        """A signal's number, negative, where one ended the process."""
+        return int(self._process.returncode)
+
+    def join(self, timeout_s: float) -> None:
         try:
             self._process.wait(timeout_s)
         except subprocess.TimeoutExpired:
@@ -96,72 +122,51 @@ class Worker:
             self._process.stdin.close()
 
 
-class Here:
-    """A thread of this process, which does one task after the other: one process less imports libraries and networks.
+class _Copy:
+    """A process that begins as a copy of this one."""
 
-    It cannot be ended while it works: for tasks of a second or so. Whatever ends its process ends the others, too.
+    def __init__(self, connection: Connection, environment: Mapping[str, str]) -> None:
+        self._process = get_context("fork").Process(target=_serve_as_copy, args=(connection, environment), daemon=True)
+        with _one_thread(), warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12: of other threads, which are idle
+            self._process.start()
+        self.pid, self.terminate = self._process.pid or 0, self._process.terminate
 
-    Args:
-        threads: of PyTorch, Numba and OpenCV while it works, where the environment does not say another number.
-    """
-
-    def __init__(self, threads: int) -> None:
-        self.connection, self._theirs = Pipe()
-        self._threads = threads
-        self._thread = threading.Thread(target=self._serve, name="corsmal-here", daemon=True)
-        self._thread.start()
-
-    def _serve(self) -> None:
-        with suppress(EOFError, OSError), self._theirs:
-            while True:
-                function, *arguments = self._theirs.recv()
-                with _limited(self._threads):
-                    self._theirs.send(function(*arguments))
-
-    def give(self, task: Callable[[Item], Row], index: int, item: Item) -> None:
-        """Have a task done for an item; ``answer`` has what became of it."""
-        self.connection.send((attempt, task, index, item))
-
-    def give_way(self) -> None:
-        """Nothing: this process was not started for the work."""
-
-    def answer(self) -> Outcome | None:
-        """What became of the item."""
-        outcome: Outcome = self.connection.recv()
-        return outcome
-
-    def end(self) -> str:
-        """How it ended, for people: it does not by itself."""
-        return "in this process"
-
-    def stop(self, *, is_busy: bool) -> None:
-        """Have it end after its task."""
-        del is_busy
-        self.connection.close()
+    @property
+    def exit_status(self) -> int:
+        """As of a program."""
+        return self._process.exitcode or 0
 
     def join(self, timeout_s: float) -> None:
-        """Wait until it has ended."""
-        self._thread.join(timeout_s)
+        self._process.join(timeout_s)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+
+def _serve_as_copy(connection: Connection, environment: Mapping[str, str]) -> None:
+    os.setpgid(0, 0)  # as above
+    for end in _parents_ends:
+        end.close()
+    parent = parent_process()
+    if parent is None:  # which cannot be: this process is its child
+        return
+    end_with(parent.sentinel)  # the other end is open in later copies, too, which end first
+    os.environ.update(environment)
+    serve(connection)
 
 
 @contextmanager
-def _limited(threads: int) -> Iterator[None]:
-    """Let the libraries use so many threads in this one, as workers of an engine do."""
-    import cv2  # noqa: PLC0415 - the libraries of every estimate
-    import numba  # noqa: PLC0415
-    import torch  # noqa: PLC0415
-
-    # PyTorch first and last: Numba, when it starts its threads, sets the number of OpenMP's in this one, PyTorch's, too
-    before = torch.get_num_threads(), numba.get_num_threads(), cv2.getNumThreads()
-
-    def limit(numbers: Iterable[int]) -> None:
-        of_torch, of_numba, of_cv2 = numbers
-        numba.set_num_threads(of_numba)
-        cv2.setNumThreads(of_cv2)
-        torch.set_num_threads(of_torch)
-
-    limit(number if name in os.environ else threads for name, number in zip(THREADS, before, strict=True))
+def _one_thread() -> Iterator[None]:
+    """Have PyTorch and OpenCV, if loaded, end their other threads, for which a copy of them would wait."""
+    before = {}
+    for name, (count, limit) in _LIMITS.items():
+        if name in sys.modules:
+            set_number = getattr(sys.modules[name], limit)
+            before[set_number] = getattr(sys.modules[name], count)()
+            set_number(1)
     try:
         yield
     finally:
-        limit(before)
+        for set_number, number in before.items():
+            set_number(number)

@@ -14,6 +14,7 @@ from corsmal.engines.dask_cluster import DaskCluster
 from corsmal.engines.engine import completed_rows, in_turn, run_batch
 from corsmal.engines.processes import Processes
 from corsmal.engines.tasks import DetectTask, EstimateTask, open_detector
+from corsmal.engines.workers import THREADS
 from corsmal.errors import CorsmalError
 from corsmal.notes import listening
 from corsmal.stages.settings import EstimateSettings, find_detector
@@ -41,11 +42,12 @@ def cluster():
         yield cluster.scheduler_address
 
 
-@pytest.fixture(params=["in turn", "processes", "with help", "dask"])
+@pytest.fixture(params=["in turn", "processes", "copies", "dask"])
 def engine(request):
     if request.param == "dask":
         return DaskCluster(request.getfixturevalue("cluster"))
-    return {"processes": Processes(2), "with help": Processes(2, helps=True)}.get(request.param, in_turn)
+    copies = Processes(2, forks=True, environment=dict.fromkeys(THREADS, "1"))
+    return {"processes": Processes(2), "copies": copies}.get(request.param, in_turn)
 
 
 @pytest.fixture
@@ -62,7 +64,7 @@ def untimed(rows):
     return [{**row, "execution_time_ms": None} for row in rows]
 
 
-@pytest.mark.parametrize("engine", ["processes", "with help", "dask"], indirect=True)
+@pytest.mark.parametrize("engine", ["processes", "copies", "dask"], indirect=True)
 def test_every_engine_gives_the_same_rows(engine, broken, settings, tmp_path):
     steps = []
     expected = run_batch(EstimateTask(tmp_path / "one", settings), broken)
@@ -81,7 +83,7 @@ def test_every_engine_gives_the_same_rows(engine, broken, settings, tmp_path):
 
 def test_what_happens_to_one_recording_is_one_row_with_the_reason(engine, dataset):
     recordings = [replace(dataset["000000"], id=name) for name in ("fine", "clear", "unforeseen", "deadly")]
-    is_here = engine is in_turn or getattr(engine, "helps", False)
+    is_here = engine is in_turn
     faults = {"clear": "clear", "unforeseen": "unforeseen"} | ({} if is_here else {"deadly": "kill"})
     rows = {row["recording_id"]: row for row in run_batch(Faulty(faults), recordings, engine=engine)}
     assert {name for name, row in rows.items() if row["status"] == "failed"} == set(faults)

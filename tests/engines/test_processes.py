@@ -3,7 +3,6 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -113,19 +112,20 @@ def test_the_environment_is_the_callers_with_what_is_named(tmp_path, monkeypatch
     assert (outcome.row["torch"], outcome.row["numba"]) == (1, 4)
 
 
+@pytest.mark.parametrize("engine", ["Processes(2)", "Processes(2, forks=True)"])
 @pytest.mark.parametrize("fault", ["sleep", "compute"])
-def test_no_process_outlives_the_program_by_more_than_two_seconds(fault, tiny_dataset_root, tmp_path):
+def test_no_process_outlives_the_program_by_more_than_two_seconds(fault, engine, tiny_dataset_root, tmp_path):
     # without a main guard: workers must not run the script again
     program = (
         "import sys; from pathlib import Path; from tests.engines.faulty import Faulty\n"
         "from corsmal.engines.processes import Processes; from corsmal.dataset import open_dataset\n"
         f"task = Faulty(raises=dict.fromkeys(['000000', '000001'], '{fault}'), pids=Path(sys.argv[2]))\n"
-        "list(Processes(2)(task, list(open_dataset(sys.argv[1]))))\n"
+        f"list({engine}(task, list(open_dataset(sys.argv[1]))))\n"
     )
     script, folder = tmp_path / "program.py", tmp_path / "pids"
     script.write_text(program, encoding="utf-8")
     folder.mkdir()
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | dict.fromkeys(THREADS, "1")
     with subprocess.Popen([sys.executable, script, tiny_dataset_root, folder], env=environment) as process:
         wait_for(lambda: len(pids_in(folder)) == 2)
         process.kill()
@@ -174,64 +174,72 @@ def test_what_was_given_to_a_worker_ahead_is_done_though_it_dies(dataset, tmp_pa
     assert [outcome.problem for outcome in outcomes] == [""] * 5
 
 
-def test_this_process_helps_and_takes_over_what_a_process_that_starts_was_given(tmp_path, monkeypatch):
-    (tmp_path / "slow").mkdir()
-    starting = "import time; time.sleep(600)"
-    (tmp_path / "slow" / "sitecustomize.py").write_text(starting, encoding="utf-8")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "slow"))  # the other process never gets as far as its work
-    outcomes = list(Processes(2, helps=True)(process_of, [tmp_path] * 5))
-    assert sorted(outcome.index for outcome in outcomes) == [0, 1, 2, 3, 4]
-    assert pids_in(tmp_path) == [os.getpid()]
-
-
-def test_each_recording_is_handed_out_once_where_this_process_helps(dataset, tmp_path):
-    recordings = [replace(dataset["000000"], id=str(number)) for number in range(12)]
-    task = Faulty(raises={each.id: "pause" for each in recordings}, pids=tmp_path)
-    outcomes = list(Processes(2, helps=True)(task, recordings))
-    assert sorted(outcome.index for outcome in outcomes) == list(range(12))
-    assert len(pids_in(tmp_path)) == 2
-
-
-def test_a_process_that_dies_beside_this_one_is_replaced(tmp_path):
-    engine, mine = Processes(2, helps=True), os.getpid()
-    outcomes = engine(KillsOthers(mine, tmp_path / "killed"), [tmp_path] * 12)
-    assert sorted((outcome.index, outcome.problem) for outcome in outcomes) == [(index, "") for index in range(12)]
-    assert (tmp_path / "killed").exists()
-
-
-def test_where_this_process_helps_it_uses_its_share_of_the_cores_and_has_all_again(tmp_path, monkeypatch):
+def test_copies_of_a_process_have_what_it_has_loaded_and_one_thread_each(tmp_path, monkeypatch):
     forget_threads(monkeypatch)
-    before = threads_of(tmp_path)
-    outcomes = list(Processes(cores() + 1, helps=True)(threads_of, [tmp_path] * (cores() + 1)))
-    assert all(set(outcome.row.values()) == {1} for outcome in outcomes)
-    assert threads_of(tmp_path) == before
+    monkeypatch.setitem(LOADED, "network", "open")
+    use_all_threads()
+    before = what_is_loaded(tmp_path)
+    outcomes = list(copies()(what_is_loaded, [tmp_path] * 4))
+    assert [outcome.row["network"] for outcome in outcomes] == ["open"] * 4
+    assert before["pid"] not in {outcome.row["pid"] for outcome in outcomes}
+    assert all(outcome.row["torch"] == outcome.row["cv2"] == 1 for outcome in outcomes)
+    assert what_is_loaded(tmp_path) == before
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ({"count": 0}, "count must be at least 1, got 0"),
-        ({"count": 2, "helps": True, "stays": True}, "helps must be false for workers that stay, got true"),
-    ],
-)
-def test_processes_that_cannot_be_are_refused(arguments, said):
-    with pytest.raises(ArgumentError, match=said):
-        Processes(**arguments)
+def test_a_process_with_several_threads_is_no_copy(tmp_path, monkeypatch):
+    forget_threads(monkeypatch)
+    monkeypatch.setitem(LOADED, "network", "open")
+    [outcome] = Processes(1, forks=True, environment={"OMP_NUM_THREADS": "2"})(what_is_loaded, [tmp_path])
+    assert (outcome.row["network"], outcome.row["torch"]) == (None, 2)
 
 
-@dataclass(frozen=True)
-class KillsOthers:
-    """A task that ends a process other than ``mine``, once."""
+def test_a_copy_whose_process_was_killed_is_replaced(dataset, tmp_path):
+    task = Faulty(raises={"000001": "kill"}, once=tmp_path / "killed")
+    assert [row["status"] for row in run_batch(task, list(dataset), engine=copies())] == ["done"] * 3
+    [*_, row] = run_batch(Faulty(raises={"000002": "kill"}), list(dataset), engine=copies())
+    assert "its process ended 2 times, by signal 9" in row["notes"]
 
-    mine: int
-    killed: Path
 
-    def __call__(self, _folder: Path) -> dict[str, int]:
-        if os.getpid() != self.mine and not self.killed.exists():
-            self.killed.touch()
-            os.kill(os.getpid(), signal.SIGKILL)
-        time.sleep(0.3)
-        return {}
+def test_copies_end_when_the_work_is_given_up(dataset, tmp_path):
+    outcomes = copies()(Faulty(raises={"000001": "sleep"}, pids=tmp_path), list(dataset))
+    next(outcomes)
+    wait_for(lambda: len(pids_in(tmp_path)) == 2)
+    outcomes.close()
+    assert not any(map(is_alive, pids_in(tmp_path)))
+
+
+@pytest.mark.parametrize("count", [0, -1])
+def test_fewer_processes_than_one_are_refused(count):
+    with pytest.raises(ArgumentError, match=f"count must be at least 1, got {count}"):
+        Processes(count)
+
+
+LOADED: dict[str, str] = {}
+"""What this process has loaded, as it were: other processes import this module anew, copies do not."""
+
+
+def copies():
+    return Processes(2, forks=True, environment=dict.fromkeys(THREADS, "1"))
+
+
+def what_is_loaded(_folder: Path) -> dict[str, object]:
+    """A task that returns what its process found loaded, its id and its threads."""
+    import cv2  # noqa: PLC0415 - the other tests do not need them
+    import torch  # noqa: PLC0415
+
+    time.sleep(0.1)
+    threads = {"torch": torch.get_num_threads(), "cv2": cv2.getNumThreads()}
+    return {"network": LOADED.get("network"), "pid": os.getpid(), **threads}
+
+
+def use_all_threads():
+    """Have PyTorch and OpenCV start their threads, which a copy of the process does not have."""
+    import cv2  # noqa: PLC0415 - as above
+    import numpy as np  # noqa: PLC0415
+    import torch  # noqa: PLC0415
+
+    torch.ones(3000, 3000) @ torch.ones(3000, 3000)
+    cv2.GaussianBlur(np.zeros((2000, 2000, 3), np.uint8), (31, 31), 5)
 
 
 def process_of(folder: Path) -> dict[str, int]:
