@@ -10,7 +10,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from corsmal.filling.network import build_model
-from corsmal.filling.pooled import PooledModel
+from corsmal.filling.pooled import PooledModel, condensed
 from corsmal.filling.recipe import FillingTraining
 from corsmal.filling.samples import Batch, Batches, FillingSample
 
@@ -37,6 +37,8 @@ class FillingModule(lightning.LightningModule):
         self.network = build_model(training.networks[index])
         self.network.learn_statistics([sample.features for sample in samples])
         self._training, self._index, self._seed = training, index, seed
+        if isinstance(self.network, PooledModel):
+            samples, validation = condensed(samples), condensed(validation)
         self._samples, self._validation = samples, validation
 
     def train_dataloader(self) -> Batches:

@@ -8,6 +8,7 @@ folds, level of cups and glasses: 83.3 and 74.3 with mean, maximum and deviation
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -18,7 +19,7 @@ from torch.nn import functional
 from corsmal.filling.config import PooledConfig
 from corsmal.filling.inputs import checked_mask
 from corsmal.filling.records import KINDS, LEVEL_NAMES, TYPE_NAMES
-from corsmal.filling.samples import UNKNOWN, Batch
+from corsmal.filling.samples import UNKNOWN, Batch, FillingSample
 
 PARTS = 4
 """Stretches of equal length that a recording is cut into."""
@@ -65,11 +66,7 @@ class PooledModel(nn.Module):
 
     def learn_statistics(self, recordings: Sequence[NDArray[np.float32]]) -> None:
         """Take means and deviations of the statistics from the recordings, (C, T, features) each."""
-        pooled = []
-        for features in recordings:
-            given = torch.from_numpy(features)[None]
-            pooled.append(_pooled(given, torch.ones(1, given.shape[2], dtype=torch.bool))[0])
-        values = torch.stack(pooled)
+        values = torch.stack([_pooled_alone(features) for features in recordings])
         self.pooled_mean.copy_(values.mean(dim=0))
         deviation = values.std(dim=0, correction=0)
         self.pooled_std.copy_(torch.where(deviation > DEVIATION_MIN, deviation, 1.0))
@@ -89,14 +86,22 @@ class PooledModel(nn.Module):
     def seen(self, features: Tensor, mask: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
         """``forward``, and the logits of the container's kind, (B, 3)."""
         mask = checked_mask(features, mask, channels=self.config.channels, width=self.config.features)
-        x = (_pooled(features, mask) - self.pooled_mean) / self.pooled_std  # (B, C, STATISTICS · features)
-        x = x * features.flatten(2).any(dim=2)[..., None]
+        return self._heads(_pooled(features, mask), features.flatten(2).any(dim=2))
+
+    def _heads(self, pooled: Tensor, present: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """``seen`` from (B, C, STATISTICS · features) statistics, and which channels there are, (B, C)."""
+        x = (pooled - self.pooled_mean) / self.pooled_std * present[..., None]
         x = self.dropout(functional.gelu(self.first(self.dropout(x.flatten(1)))))
         return self.type_head(x), self.level_head(x), self.kind_head(x)
 
     def losses(self, batch: Batch) -> dict[str, Tensor]:
-        """The parts of the loss: of the level, but in boxes, of the type, and of the kind where it is known."""
-        types, levels, kinds = self.seen(batch.features, batch.mask)
+        """The parts of the loss: of the level, but in boxes, of the type, and of the kind where it is known.
+
+        Args:
+            batch: of ``condensed`` recordings.
+        """
+        pooled, present = batch.features[:, :, :-1].flatten(2), batch.features[:, :, -1, 0]
+        types, levels, kinds = self._heads(pooled, present)
         visible = batch.kinds != KINDS.index("box")
         level = functional.cross_entropy(levels, batch.levels, reduction="none")
         kind = functional.cross_entropy(kinds, batch.kinds, ignore_index=UNKNOWN, reduction="sum")
@@ -105,6 +110,29 @@ class PooledModel(nn.Module):
             "type": TYPE_WEIGHT * functional.cross_entropy(types, batch.types),
             "kind": KIND_WEIGHT * kind / (batch.kinds != UNKNOWN).sum().clamp_min(1),
         }
+
+
+def condensed(samples: Sequence[FillingSample]) -> list[FillingSample]:
+    """The recordings to train on, their statistics in place of the rows, so that no epoch computes them again.
+
+    Returns:
+        Features are (C, STATISTICS + 1, features): the statistics, and ones where the channel is there, zeros where it
+        is missing.
+    """
+    found = []
+    for sample in samples:
+        channels, _, width = sample.features.shape
+        statistics = _pooled_alone(sample.features).numpy().reshape(channels, STATISTICS, width)
+        there = np.array([channel.any() for channel in sample.features], dtype=np.float32)
+        present = np.broadcast_to(there[:, None, None], (channels, 1, width))
+        found.append(replace(sample, features=np.concatenate([statistics, present], axis=1)))
+    return found
+
+
+def _pooled_alone(features: NDArray[np.float32]) -> Tensor:
+    """(C, STATISTICS · features) of one recording, from (C, T, features)."""
+    given = torch.from_numpy(features)[None]
+    return _pooled(given, torch.ones(1, given.shape[2], dtype=torch.bool))[0]
 
 
 def _pooled(features: Tensor, mask: Tensor) -> Tensor:

@@ -6,7 +6,7 @@ from typing import Literal, get_args
 
 from corsmal.errors import ArgumentError, check_choice
 from corsmal.fields import UNLESS_DEFAULT
-from corsmal.filling.config import AnyConfig, FillingConfig, FrontEnd, check_together
+from corsmal.filling.config import AnyConfig, FillingConfig, FrontEnd, PooledConfig, check_together
 from corsmal.filling.samples import Task
 from corsmal.parameters import NetworkPresets
 
@@ -40,7 +40,7 @@ class FillingTraining(NetworkPresets):
         momentum: of ``sgd``, 0 to below 1.
 
     Raises:
-        ArgumentError: a number is out of range, or the networks do not belong together.
+        ArgumentError: a number is out of range, or the networks do not belong together, or to the passes.
     """
 
     networks: tuple[AnyConfig, ...] = (FillingConfig.paper(),)
@@ -59,6 +59,8 @@ class FillingTraining(NetworkPresets):
         check_together(self.networks)
         for name, choices in CHOICES.items():
             check_choice(name, getattr(self, name), get_args(choices))
+        if self.passes == "alternating" and isinstance(self.networks[0], PooledConfig):
+            raise ArgumentError("networks on changes over time learn from whole recordings: passes must be 'joint'")
         for name in ("epochs", "batch"):
             if type(getattr(self, name)) is not int or getattr(self, name) < 1:
                 raise ArgumentError(f"{name} must be a positive whole number, got {getattr(self, name)!r}")

@@ -7,7 +7,7 @@ import torch
 from corsmal.errors import ArgumentError
 from corsmal.filling import read_filling, save_filling
 from corsmal.filling.config import PooledConfig
-from corsmal.filling.pooled import PooledModel, _parts, _pooled
+from corsmal.filling.pooled import PooledModel, _parts, _pooled, condensed
 from corsmal.filling.samples import FillingSample, padded
 from tests.filling.made import made_features
 
@@ -59,6 +59,10 @@ def batch(*samples):
     return padded("both", samples, [(0, sample.rows) for sample in samples])
 
 
+def losses(network, *samples):
+    return network.losses(batch(*condensed(samples)))
+
+
 def sample(container, *, level=1):
     return FillingSample("0", container, made_features(5, seed=container, channels=3, width=8), 1, level)
 
@@ -66,14 +70,27 @@ def sample(container, *, level=1):
 def test_levels_in_boxes_are_not_learned_and_kinds_are_where_they_are_known():
     network = model()
     cup, box, other = sample(1), sample(7), sample(99)
-    both, one = network.losses(batch(cup, box)), network.losses(batch(cup))
+    both, one = losses(network, cup, box), losses(network, cup)
     assert torch.allclose(both["level"], one["level"], atol=1e-6)
     assert not torch.allclose(both["type"], one["type"], atol=1e-6)
-    assert network.losses(batch(box))["level"] == 0
-    assert network.losses(batch(other))["kind"] == 0
+    assert losses(network, box)["level"] == 0
+    assert losses(network, other)["kind"] == 0
     kinds = network.seen(*batch(cup, other)[1:3])[2][:1]
     expected = 0.3 * torch.nn.functional.cross_entropy(kinds, torch.tensor([0]))
-    assert torch.allclose(network.losses(batch(cup, other))["kind"], expected, atol=1e-6)
+    assert torch.allclose(losses(network, cup, other)["kind"], expected, atol=1e-6)
+
+
+def test_condensed_recordings_are_learned_from_as_their_rows_would_be():
+    network = model()
+    blind = sample(2).features.copy()
+    blind[1] = 0
+    given = [sample(1), replace(sample(2, level=2), features=blind), sample(3, level=0)]
+    network.learn_statistics([own.features for own in given])
+    types, levels, kinds = network.seen(*batch(*given)[1:3])
+    cross_entropy, found = torch.nn.functional.cross_entropy, losses(network, *given)
+    assert torch.allclose(found["level"], cross_entropy(levels, torch.tensor([1, 2, 0])), atol=1e-6)
+    assert torch.allclose(found["type"], 0.5 * cross_entropy(types, torch.tensor([1, 1, 1])), atol=1e-6)
+    assert torch.allclose(found["kind"], 0.3 * cross_entropy(kinds, torch.tensor([0, 0, 0])), atol=1e-6)
 
 
 def test_recording_is_answered_alike_in_any_batch():

@@ -4,6 +4,7 @@ import pytest
 
 from corsmal.errors import ArgumentError
 from corsmal.filling import FillingTraining
+from corsmal.filling.config import PooledConfig
 from tests.filling.made import SMALL
 
 
@@ -45,6 +46,7 @@ def test_settings_are_fitted_to_the_features_form():
         {"networks": (SMALL,) * 9},
         {"networks": (SMALL, replace(SMALL, decoding="feasible"))},
         {"passes": "both"},
+        {"networks": (PooledConfig(),)},
         {"keep": "first"},
         {"schedule": "linear"},
         {"epochs": 0},
