@@ -82,7 +82,7 @@ def agree(
         patience: how much more is forgiven at first.
         first_mm: (H,) radii to begin with; default: of each height's sides a large one.
     """
-    from corsmal.shape.agreed_kernels import agree_again_and_again  # noqa: PLC0415 - Numba takes long to import
+    from corsmal.shape.agreed_kernels import reweighted_agreement  # noqa: PLC0415 - Numba takes long to import
 
     is_seen = np.isfinite(sides)
     rows = np.flatnonzero(is_seen.any(axis=(0, 1)))
@@ -90,7 +90,7 @@ def agree(
     seen = np.ascontiguousarray(is_seen[:, :, inner])
     sides_mm = np.where(seen, sides[:, :, inner], 0.0)
     costs = STRAIGHT * _falling(FIRST_STRAIGHT) if is_straight else np.zeros(REWEIGHTINGS)
-    radii_mm, unknowns, trust, weights = agree_again_and_again(
+    radii_mm, unknowns, trust, weights = reweighted_agreement(
         sides_mm,
         seen,
         heights_mm[inner],

@@ -8,7 +8,7 @@ import numpy as np
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def agree_again_and_again(  # type: ignore[no-untyped-def]  # noqa: PLR0917 - compiled code takes no keywords
+def reweighted_agreement(  # type: ignore[no-untyped-def]  # noqa: PLR0917 - compiled code takes no keywords
     sides_mm, seen, heights_mm, along, prior, first_mm, steps, costs, scales_mm, outward, corner, least_weight
 ):  # pragma: no cover - compiled
     """Radii and axis that the sides of views agree on, see ``corsmal.shape.agreed.agree``.
@@ -136,7 +136,7 @@ def least_squares(  # type: ignore[no-untyped-def]  # noqa: PLR0917 - compiled c
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def smooth_again_and_again(  # type: ignore[no-untyped-def]  # noqa: PLR0917 - compiled code takes no keywords
+def reweighted_smoothing(  # type: ignore[no-untyped-def]  # noqa: PLR0917 - compiled code takes no keywords
     radii_mm, believed, tolerances, stiffness, corner, outlier_mm
 ):  # pragma: no cover - compiled
     """The radii (H,) of ``corsmal.shape.profiles.smooth_profile``, from what is known and how much it is believed.

@@ -33,7 +33,7 @@ def smooth_profile(radii_mm: Floats, weights: Floats) -> Floats:
     Returns:
         (H,) mm; what is not seen between two seen heights is bridged, what lies beyond them stays NaN.
     """
-    from corsmal.shape.agreed_kernels import smooth_again_and_again  # noqa: PLC0415 - Numba takes long to import
+    from corsmal.shape.agreed_kernels import reweighted_smoothing  # noqa: PLC0415 - Numba takes long to import
 
     seen: NDArray[np.bool_] = np.isfinite(radii_mm)
     rows = np.flatnonzero(seen)
@@ -45,5 +45,5 @@ def smooth_profile(radii_mm: Floats, weights: Floats) -> Floats:
     believed = shares**AGREEING_POWER + np.where(seen[inner], 1e-6, 0.0)
     tolerances = np.maximum(1.0, FIRST_TOLERANCE / 2.0 ** np.arange(ROUNDS))
     result = radii_mm.copy()
-    result[inner] = smooth_again_and_again(known, believed, tolerances, STIFFNESS, CORNER, OUTLIER_MM)
+    result[inner] = reweighted_smoothing(known, believed, tolerances, STIFFNESS, CORNER, OUTLIER_MM)
     return result

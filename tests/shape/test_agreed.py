@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from corsmal.shape.agreed import LEAST_WEIGHT, agree, misfit
-from corsmal.shape.agreed_kernels import agree_again_and_again, least_squares, median
+from corsmal.shape.agreed_kernels import reweighted_agreement, least_squares, median
 from corsmal.shape.outlines import Axis
 
 HEIGHTS = np.arange(120.0)
@@ -100,7 +100,7 @@ def test_weights_are_found_again_in_each_round(cost):
     sides[~seen] = 0.0
     steps, costs, pixels = np.array([5.0, 2.0, 1.0]), cost * np.array([9.0, 3.0, 1.0]), np.array([2.0, 3.0, 4.0])
     first = np.full(len(heights), 30.0)
-    found = agree_again_and_again(
+    found = reweighted_agreement(
         sides, seen, heights, along, prior, first, steps, costs, np.array([3.0, *pixels]), 1.5, 0.05, LEAST_WEIGHT
     )
     radii, unknowns, stiffness = first, np.zeros(4), np.full(len(heights) - 2, costs[0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from corsmal.shape.agreed_kernels import second_difference_bands, smooth_again_and_again, solve_bands
+from corsmal.shape.agreed_kernels import second_difference_bands, reweighted_smoothing, solve_bands
 from corsmal.shape.profiles import smooth_profile
 
 HEIGHTS = np.arange(120.0)
@@ -81,5 +81,5 @@ def test_corners_and_outliers_are_found_again_in_each_round():
         expected = stiff(radii, trust, bends)
         bends = 30 / (1 + (np.diff(expected, 2) / (0.08 * tolerance)) ** 2)
         trust = believed / (1 + ((radii - expected) / (3 * tolerance)) ** 2) ** 2
-    found = smooth_again_and_again(radii, believed, np.array([16.0, 8.0, 1.0]), 30.0, 0.08, 3.0)
+    found = reweighted_smoothing(radii, believed, np.array([16.0, 8.0, 1.0]), 30.0, 0.08, 3.0)
     np.testing.assert_allclose(found, expected, rtol=1e-6)
