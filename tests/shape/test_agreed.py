@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from corsmal.shape.agreed import LEAST_WEIGHT, agree, misfit
-from corsmal.shape.agreed_kernels import reweighted_agreement, least_squares, median
+from corsmal.shape.agreed_kernels import least_squares, median, reweighted_agreement
 from corsmal.shape.outlines import Axis
 
 HEIGHTS = np.arange(120.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from corsmal.shape.agreed_kernels import second_difference_bands, reweighted_smoothing, solve_bands
+from corsmal.shape.agreed_kernels import reweighted_smoothing, second_difference_bands, solve_bands
 from corsmal.shape.profiles import smooth_profile
 
 HEIGHTS = np.arange(120.0)
