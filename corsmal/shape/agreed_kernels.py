@@ -52,7 +52,7 @@ def side_errors(  # type: ignore[no-untyped-def]  # noqa: PLR0917 - compiled cod
                 error[s, h] = sides_mm[s, h] - radii[h] - (moved if s == 0 else -moved)
                 held[count] = abs(error[s, h])
                 count += 1
-    return median(held, count)
+    return median(held[:count])
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
@@ -217,8 +217,9 @@ def solve(matrix, right):  # type: ignore[no-untyped-def]  # pragma: no cover - 
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def median(values, count):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The median of the first numbers, 0 of none; they are put into another order (Hoare's selection)."""
+def median(values):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The median of numbers, 0 of none; they are put into another order (Hoare's selection)."""
+    count = len(values)
     if count == 0:
         return 0.0
     middle, low, high = count // 2, 0, count - 1

@@ -104,7 +104,7 @@ class FacingView:
         """(2, columns) heights at which the mask ends below and above, NaN where that is not seen."""
         from corsmal.shape.outline_kernels import ends_of_rows  # noqa: PLC0415 - Numba takes long to import
 
-        upright = self._pixels_from_mm[:, [1, 0, 2]]
+        upright = np.ascontiguousarray(self._pixels_from_mm[:, [1, 0, 2]])
         return ends_of_rows(np.ascontiguousarray(self._plane.T), self._low, self._first, upright, BORDER_PX, self._last)
 
     def missing_mm(self, heights_mm: Floats, radii_mm: Floats, shares: Floats, *, upper: bool) -> Floats:

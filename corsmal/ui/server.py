@@ -9,16 +9,19 @@ import signal
 import sys
 import threading
 from collections.abc import AsyncIterator, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
+from functools import partial
 from types import FrameType
 
 from starlette.routing import Route
 from streamlit.runtime.pages_manager import PagesManager
 
+from corsmal.errors import CorsmalError
 from corsmal.ui.routes import routes
 
-PAGES_AFTER_S, NETWORKS_AFTER_S = 0.3, 20.0
-"""When to load, s after the start: what pages need while the browser loads Streamlit, the rest after the first page."""
+PAGES_AFTER_S, FITS_AFTER_S, NETWORKS_AFTER_S = 0.3, 3.0, 20.0
+"""When to load, s after the start: what pages need while the browser loads Streamlit, the rest after the first page.
+Between them another process compiles what the first fit of an installation would wait for, 9 s."""
 
 READING_S = 0.5
 """For how long a server that is stopped waits until its visitors have read what they asked for."""
@@ -47,8 +50,12 @@ def start() -> list[Route]:
     """
     _log_jobs()
     PagesManager.uses_pages_directory = False  # an address of a page opened first must go through the script, too
-    for delay_s, names in ((PAGES_AFTER_S, OF_PAGES), (NETWORKS_AFTER_S, OF_NETWORKS)):
-        timer = threading.Timer(delay_s, _load, [names])
+    for delay_s, work in (
+        (PAGES_AFTER_S, partial(_load, OF_PAGES)),
+        (FITS_AFTER_S, _compile),
+        (NETWORKS_AFTER_S, partial(_load, OF_NETWORKS)),
+    ):
+        timer = threading.Timer(delay_s, work)
         timer.daemon = True
         timer.start()
     return routes()
@@ -101,6 +108,14 @@ def _stop_jobs() -> None:
     jobs = getattr(sys.modules.get("corsmal.ui.shared"), "jobs", None)
     if jobs is not None:  # the server may be stopped before, or while, its pages are loaded
         jobs().stop()
+
+
+def _compile() -> None:
+    from corsmal.engines.processes import Processes  # noqa: PLC0415 - the server starts before anything is loaded
+    from corsmal.shape.compiling import compile_fits  # noqa: PLC0415
+
+    with suppress(CorsmalError):  # without a process each fit compiles what it needs
+        list(Processes(1, gives_way=True)(compile_fits, [None]))
 
 
 def _load(names: Sequence[str]) -> None:

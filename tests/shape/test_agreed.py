@@ -131,7 +131,7 @@ def test_an_upright_axis_keeps_its_direction():
 def test_the_median_is_numpys(count):
     rng = np.random.default_rng(count)
     for values in (rng.normal(size=50), rng.integers(0, 4, 50).astype(float), np.arange(50.0), -np.arange(50.0)):
-        assert median(values.copy(), count) == (np.median(values[:count]) if count else 0.0)
+        assert median(values[:count].copy()) == (np.median(values[:count]) if count else 0.0)
 
 
 def test_the_misfit_counts_what_is_too_small_half_and_coarse_views_less():

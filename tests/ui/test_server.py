@@ -17,6 +17,7 @@ def fresh(tmp_path, monkeypatch):
     monkeypatch.delenv("CORSMAL_DATA", raising=False)
     monkeypatch.setattr(sys, "argv", ["app.py"])
     monkeypatch.setattr(server, "PAGES_AFTER_S", 1e6)
+    monkeypatch.setattr(server, "FITS_AFTER_S", 1e6)
     monkeypatch.setattr(server, "NETWORKS_AFTER_S", 1e6)
     before = sys.getswitchinterval()
     yield
@@ -33,6 +34,16 @@ def test_the_start_gives_the_routes_and_writes_nothing(tmp_path):
     paths = [route.path for route in server.start()]
     assert "/thumbnails/{dataset}/{recording}.jpg" in paths
     assert not (tmp_path / "cache").exists()
+
+
+def test_after_the_start_another_process_compiles_what_a_fit_needs(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "compiled"))
+    monkeypatch.setattr(server, "FITS_AFTER_S", 0.0)
+    server.start()
+    end_s = time.monotonic() + 120
+    while not list(tmp_path.glob("compiled/**/kernels.first_fitting_radius*.nbc")):
+        assert time.monotonic() < end_s, "nothing was compiled"
+        time.sleep(0.1)
 
 
 def test_a_visitor_is_answered_soon_while_a_thread_computes():
