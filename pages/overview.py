@@ -3,16 +3,18 @@
 import streamlit as st
 
 from corsmal.stages.settings import left_out_note
-from corsmal.ui import session
+from corsmal.ui import session, sidebar
 from corsmal.ui.detecting import detection_control, is_detecting
+from corsmal.ui.drawing import let_draw
 from corsmal.ui.estimating import (
     estimate_control,
     estimate_settings,
     kept_numbers,
+    let_draw_before_networks,
     predictors,
     whole_estimate,
 )
-from corsmal.ui.look import heading, let_draw
+from corsmal.ui.look import heading
 from corsmal.ui.messages import guarded
 from corsmal.ui.opened import OpenedRecording
 from corsmal.ui.overview import known_when, pictures
@@ -38,18 +40,23 @@ with guarded():
     if known is None:
         status.caption(computing("shape", "filling", "mass"))
         tiles.show_pending()
+        sidebar.show()
     found = opened.estimate(settings.shape, settings.means)
-    tiles.show(shape_tiles(found, recording.annotation, is_inspected=is_inspected), found)
-    reasons = left_out(settings)
+    reasons, numbers = left_out(settings), shape_tiles(found, recording.annotation, is_inspected=is_inspected)
     if known is not None:  # the numbers come from a run, and need not wait for the networks to be read
-        tiles.show(network_tiles(known, recording.annotation, left_out=reasons), found)
-        let_draw()
+        numbers += network_tiles(known, recording.annotation, left_out=reasons)
+    tiles.show(numbers, found)
+    if known is not None:
+        let_draw("numbers")
+        sidebar.show()
     pictures.views(opened, found)
     hull, mask, sound = st.columns([4, 3, 3], gap="medium")
     with hull:
         pictures.hull(opened, found)
 
     status.caption(computing("logits" if known is not None else "filling and mass"))
+    if known is not None:
+        let_draw_before_networks()
     found, row = whole_estimate(opened, settings)
     if known is None:
         tiles.show(network_tiles(row, recording.annotation, left_out=reasons), found)

@@ -1,5 +1,6 @@
 """The estimate over the whole recording, as a run makes it: the shape first, because the networks take longer."""
 
+import sys
 from contextlib import suppress
 from typing import Any
 
@@ -16,6 +17,7 @@ from corsmal.stages.settings import EstimateSettings, default_settings
 from corsmal.ui import session, shared
 from corsmal.ui.caching import cached
 from corsmal.ui.choice import ESTIMATE, SHOWN
+from corsmal.ui.drawing import let_draw
 from corsmal.ui.messages import plain
 from corsmal.ui.opened import OpenedRecording, by_detections
 
@@ -65,6 +67,12 @@ def shape_estimate(opened: OpenedRecording) -> Estimate:
 def _by_weights(settings: EstimateSettings) -> tuple[object, ...]:
     paths = [file.path for file in (settings.filling, settings.mass) if file is not None]
     return settings, [file_fingerprint(path) for path in paths]
+
+
+def let_draw_before_networks() -> None:
+    """Before PyTorch is loaded, which takes the cores, let the browser draw what it was sent."""
+    if "torch" not in sys.modules:
+        let_draw("rest")
 
 
 @cached(4, key=_by_weights)

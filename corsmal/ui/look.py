@@ -1,7 +1,6 @@
 """What all pages have: one stylesheet for what Streamlit's theme has no setting for, and the keys of the picker."""
 
 from pathlib import Path
-from time import sleep
 from typing import Final
 
 import streamlit as st
@@ -9,8 +8,6 @@ from streamlit.delta_generator import DeltaGenerator
 
 HERE: Final = Path(__file__).parent
 STYLESHEET: Final = HERE / "look.css"
-DRAWING_S: Final = 0.15
-LOADED: Final = "page_is_loaded"
 PICKER_KEYS: Final = f"<script>{(HERE / 'picker_keys.js').read_text(encoding='utf-8')}</script>"
 
 
@@ -23,16 +20,6 @@ def heading(title: str) -> DeltaGenerator:
     left, controls = st.columns([1, 4])
     left.title(title)
     return controls
-
-
-def let_draw() -> None:
-    """Let a browser that has just loaded the app draw what it was sent before plots and the like follow.
-
-    It draws in one go what has arrived by then, and takes longer for it than the server waits here, once in a session.
-    """
-    if LOADED not in st.session_state:
-        st.session_state[LOADED] = True
-        sleep(DRAWING_S)
 
 
 def apply() -> None:

@@ -1,11 +1,12 @@
-"""What the server hands out beside the pages: plotly.js, thumbnails, and what the time line plays.
+"""What the server hands out beside the pages: plotly.js, thumbnails, what the time line plays; and what browsers say.
 
 The server starts with it: it loads little.
 """
 
+import secrets
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from starlette.requests import Request
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from corsmal.dataset import Dataset
     from corsmal.ui.playback import Playback
 
-DATASETS_MAX, PLAYBACKS_MAX = 32, 8
+DATASETS_MAX, PLAYBACKS_MAX, DRAWINGS_MAX = 32, 8, 64
 FOR_AN_HOUR = {"Cache-Control": "private, max-age=3600"}
 
 PAGE_PATHS = {
@@ -63,6 +64,7 @@ class Shown(Generic[Item]):
 
 _datasets: "Shown[Dataset]" = Shown(DATASETS_MAX)
 _playbacks: "Shown[Playback]" = Shown(PLAYBACKS_MAX)
+_drawings: Shown[Mapping[str, threading.Event]] = Shown(DRAWINGS_MAX)
 
 
 def routes() -> list[Route]:
@@ -74,6 +76,7 @@ def routes() -> list[Route]:
         Route(with_base("/playback/{playback}/sound/{channel:int}.wav"), _sound),
         Route(with_base("/playback/{playback}/original/{view}/{frame:int}.jpg"), _original),
         Route(with_base("/playback/{playback}/{view}/{frame:int}.jpg"), _picture),
+        Route(with_base("/drawn/{drawing}/{part}"), _drawn, methods=["POST"]),
         *named,
     ]
 
@@ -99,9 +102,27 @@ def playback_url(playback: "Playback", key: object) -> str:
     return with_base(f"/playback/{name}/")
 
 
+def drawn_url(parts: Mapping[str, threading.Event]) -> str:
+    """The address under which a browser says what it has drawn: the name of a part follows it.
+
+    Args:
+        parts: what is set when the browser says so, by name.
+    """
+    name = secrets.token_urlsafe(12)
+    _drawings.put(name, parts)
+    return with_base(f"/drawn/{name}")
+
+
 def _page(request: Request) -> Response:
     path, query = PAGE_PATHS[request.url.path.rpartition("/")[2]], request.url.query
     return RedirectResponse(f"./{path}" + (f"?{query}" if query else ""))  # relative: the app may have a base path
+
+
+def _drawn(request: Request) -> Response:
+    drawn = (_drawings.get(request.path_params["drawing"]) or {}).get(request.path_params["part"])
+    if drawn is not None:
+        drawn.set()
+    return Response(status_code=204)
 
 
 def _thumbnail(request: Request) -> Response:

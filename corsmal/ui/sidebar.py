@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
@@ -17,7 +18,10 @@ from corsmal.ui.messages import guarded, plain
 from corsmal.ui.pins import tray
 from corsmal.ui.recordings import has_video, listed, most_complete, recording_labels
 
-PICKER, SHOWN_ROOT = "picker", "shown_root"
+PICKER, SHOWN_ROOT, NOT_SHOWN = "picker", "shown_root", "sidebar_not_shown"
+NUMBERS_FIRST = "overview"
+"""The page that shows the sidebar itself when a visit begins there."""
+
 STORE_PROBLEMS_MAX = 3
 """Of the last ones; visitors of a server with a data root are shown none: they name folders outside it."""
 
@@ -32,32 +36,58 @@ def page_run(page: str) -> Iterator[None]:
         page: its name.
     """
     with following.timed():
-        _begin(page)
-        with guarded():  # a file may be removed at any moment
-            yield
+        try:
+            _begin(page)
+            with guarded():  # a file may be removed at any moment
+                yield
+        finally:
+            show()
+
+
+def show() -> None:
+    """Show the sidebar now, if this run has not shown it.
+
+    The page that a visitor opens first may show its numbers before: the controls take a browser longer than they do.
+    """
+    if (draw := st.session_state.pop(NOT_SHOWN, None)) is not None:
+        with st.sidebar:
+            draw()
 
 
 def _begin(page: str) -> None:
+    is_later = page == NUMBERS_FIRST and session.PAGE not in st.session_state
     st.session_state[session.PAGE] = page
     look.apply()
     session.read_address()
     permalinks.follow()
-    with st.sidebar:
-        place = st.container(key="sharing")
-        _folder_input()
+    if session.FOLDER not in st.session_state:
+        st.session_state[session.FOLDER] = default_folder()
+    with st.sidebar.empty():  # where it says that a folder is being read
         found = st.session_state[session.DATASET] = _open_dataset()
-        _forget_links_of_another(found)
-        is_met = permalinks.is_met(found)
-        if found is not None and is_met:
-            permalinks.remember(found)
-            _recording_picker(found)
-        if is_met:
-            _sharing(place, found)
+    _forget_links_of_another(found)
+    is_met = permalinks.is_met(found)
+    if found is not None and is_met:
+        permalinks.remember(found)
+        _choose_one_of(found)
+    st.session_state[NOT_SHOWN] = partial(_draw, found, is_met=is_met)
+    if not is_later:
+        show()
     session.write_address()
     if not is_met:
         permalinks.notice(found)
         st.stop()
     session.show_problems()
+
+
+def _draw(found: Dataset | None, *, is_met: bool) -> None:
+    place = st.container(key="sharing")
+    _folder_input()
+    if problem := st.session_state.get(session.FOLDER_PROBLEM):
+        st.error(plain(problem), icon=":material/folder_off:")
+    if found is not None and is_met:
+        _recording_picker(found)
+    if is_met:
+        _sharing(place, found)
 
 
 def _sharing(place: DeltaGenerator, found: Dataset | None) -> None:
@@ -72,8 +102,6 @@ def _sharing(place: DeltaGenerator, found: Dataset | None) -> None:
 
 
 def _folder_input() -> None:
-    if session.FOLDER not in st.session_state:
-        st.session_state[session.FOLDER] = default_folder()
     within = "" if data_root() is None else " This server opens those in its data folder, by their names there."
     st.text_input(
         "Dataset folder",
@@ -97,7 +125,7 @@ def _folder_input() -> None:
 
 
 def _open_dataset() -> Dataset | None:
-    """The dataset of the chosen folder; None, with the reason in the sidebar, where there is none."""
+    """The dataset of the chosen folder; None, with the reason in the session, where there is none."""
     folder = session.folder()
     st.session_state.pop(session.FOLDER_PROBLEM, None)
     if not folder:
@@ -108,7 +136,6 @@ def _open_dataset() -> Dataset | None:
         return shared.dataset(allowed_folder(folder))
     except CorsmalError as error:
         st.session_state[session.FOLDER_PROBLEM] = str(error)
-        st.error(plain(str(error)), icon=":material/folder_off:")
         return None
 
 
@@ -123,7 +150,6 @@ def _is_other(found: Dataset) -> bool:
 
 
 def _recording_picker(found: Dataset) -> None:
-    _choose_one_of(found)
     current = session.choice().recording
     passing = set(listed(found).index)
     ids = [name for name in found.table.index if name in passing or name == current]

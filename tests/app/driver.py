@@ -18,6 +18,7 @@ from streamlit.util import calc_hash
 
 from corsmal.quantities import BY_NAME, GEOMETRY
 from corsmal.ui.messages import WORD_JOINER
+from corsmal.ui.overview.tiles import KEYS
 
 APP = Path(__file__).resolve().parents[2] / "app.py"
 PAGES = {
@@ -94,7 +95,10 @@ class Visitor:
         return next(item for item in self.test.main if keys.fullmatch(getattr(item, "key", None) or ""))
 
     def press(self, label: str) -> None:
-        """Press a button."""
+        """Press a button, or the link of a number of the *Overview*."""
+        if label in self.tiles:
+            self.report(self._tiles_key, opens=label)
+            return
         next(button for button in self.test.button if button.label == label).click().run()
 
     def wait_for(self, condition: Callable[["Visitor"], object]) -> None:
@@ -143,7 +147,17 @@ class Visitor:
     @property
     def metrics(self) -> dict[str, str]:
         """The page's measures by label."""
-        return {metric.label: metric.value for metric in self.test.metric}
+        tiles = {label: str(tile["value"]) for label, tile in self.tiles.items()}
+        return tiles | {metric.label: metric.value for metric in self.test.metric}
+
+    @property
+    def tiles(self) -> dict[str, dict[str, Any]]:
+        """What was sent to the browser for the numbers of the *Overview*, by label; empty on other pages."""
+        return {tile["label"]: tile for tile in self._components.get(self._tiles_key, {}).get("tiles", ())}
+
+    @property
+    def _tiles_key(self) -> str:
+        return next((key for key in self._components if key in KEYS), "")
 
     @property
     def frame_measures(self) -> dict[str, str]:

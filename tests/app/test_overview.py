@@ -1,5 +1,6 @@
 """The Overview page: the numbers of a run, what they come from, and what was known when."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,9 @@ from corsmal.stages.estimates import Predictors, load_estimate
 from corsmal.stages.moments import known_when, moments_s
 from corsmal.stages.settings import EstimateSettings, default_settings
 from corsmal.store import Store
-from corsmal.ui import look
+from corsmal.ui import drawing, sidebar
 from corsmal.ui.amounts import grams
+from corsmal.ui.overview import pictures
 from corsmal.ui.overview.tiles import Tiles
 from tests.app.driver import Visitor
 from tests.networks import write_networks
@@ -53,19 +55,32 @@ def test_numbers_that_are_kept_are_drawn_once_and_before_the_rest(
 ) -> None:
     drawn: list[str] = []
     monkeypatch.setattr(Tiles, "show_pending", lambda _tiles: drawn.append("being computed"))
-    monkeypatch.setattr(look, "DRAWING_S", 0.01)
-    monkeypatch.setattr(look, "sleep", lambda _seconds: drawn.append("the browser draws"))
+    monkeypatch.setitem(drawing.AT_MOST_S, "numbers", 0.01)
+    monkeypatch.setattr(sidebar, "_draw", _noted(drawn, "the sidebar", sidebar._draw))
+    monkeypatch.setattr(pictures, "views", _noted(drawn, "the views", pictures.views))
+    monkeypatch.setattr(Tiles, "show", _noted(drawn, "numbers", Tiles.show))
     Visitor(sound_root, begins="overview")
-    assert drawn == ["being computed"]
+    assert drawn == ["being computed", "the sidebar", "numbers", "the views", "numbers"]
 
     drawn.clear()
     row_of(sound_root, store, "tuned")
     visitor = Visitor(sound_root, begins="overview", recording="000000")
     assert visitor.metrics["Filling"] not in ("–", "…", "left out")
-    assert drawn == ["the browser draws"]
+    assert drawn == ["numbers", "the sidebar", "the views"]
+    drawn.clear()
     visitor.test.run()
-    assert drawn == ["the browser draws"]  # once in a session
+    assert drawn == ["the sidebar", "numbers", "the views"]  # later runs change what stands there
     assert visitor.crashes == []
+
+
+def _noted(drawn: list[str], name: str, draw: Callable[..., object]) -> Callable[..., object]:
+    """A function that notes that it was called."""
+
+    def noted(*args: Any, **options: Any) -> object:
+        drawn.append(name)
+        return draw(*args, **options)
+
+    return noted
 
 
 @pytest.mark.usefixtures("networks")
@@ -95,7 +110,7 @@ def test_the_app_opens_on_the_numbers_of_a_run(sound_root: Path, store: Store) -
     for label, name in (("Container", "container"), ("Filling", "filling"), ("Object", "object")):
         assert look.metrics[f"{label} mass"] == grams(row[f"{name}_mass_g"])
     interval = f"90 % interval {row['capacity_ml_low']:.0f}–{row['capacity_ml_high']:.0f} mL"
-    assert [metric.delta for metric in visitor.test.metric if metric.label == "Capacity"] == [interval]
+    assert visitor.tiles["Capacity"]["interval"] == interval
     assert look.plots >= PICTURES
     assert (look.pictures, look.sounds) == (3, 1)
     assert visitor.address == {"recording": "000000"}
@@ -123,7 +138,7 @@ def test_another_preset_gives_its_own_numbers_and_stands_in_the_address(sound_ro
     visitor.choose("estimate_control", "paper")
     assert visitor.address == {"recording": "000000", "estimate": "paper"}
     assert visitor.metrics["Capacity"] == f"{row_of(sound_root, store, 'paper')['capacity_ml']:.0f} mL"
-    assert "one frame: no interval" in [metric.delta for metric in visitor.test.metric]
+    assert "one frame: no interval" in [tile["interval"] for tile in visitor.tiles.values()]
     again = Visitor(sound_root, begins="overview", recording="000000", estimate="paper")
     assert again.metrics == visitor.metrics
 
@@ -150,7 +165,7 @@ def test_networks_that_are_left_out_are_named_in_the_numbers_place(sound_root: P
     visitor = Visitor(sound_root, begins="overview")
     for label in ("Filling", "Filling mass", "Object mass", "Container mass"):
         assert visitor.metrics[label] == "left out"
-    assert "the bundled network was trained on synthetic recordings only" in visitor.sentences
+        assert visitor.tiles[label]["verdict"] == "the bundled network was trained on synthetic recordings only"
     assert "No filling and mass estimates" in visitor.sentences
     assert visitor.metrics["Capacity"].endswith("mL")
     names = {trace.get("name") for trace in wait_for_curves(visitor)["data"]}
@@ -164,7 +179,7 @@ def test_a_recording_that_nobody_inspected_is_heard_and_can_be_inspected(tiny_da
     visitor = Visitor(tiny_dataset_root, begins="overview", recording="000002")
     assert visitor.crashes == visitor.errors == visitor.warnings == []
     assert visitor.metrics["Capacity"] == "–"
-    assert "no detections yet" in [metric.delta for metric in visitor.test.metric]
+    assert "no detections yet" in [tile["interval"] for tile in visitor.tiles.values()]
     assert visitor.metrics["Filling"] not in ("–", "…", "left out")
     assert "Find the best frame" in visitor.buttons
     assert not {"overview_hull", "overview_mask"} & visitor.plots.keys()
@@ -175,7 +190,7 @@ def test_a_recording_without_sound_has_a_shape(tiny_dataset_root: Path) -> None:
     visitor = Visitor(tiny_dataset_root, begins="overview", recording="000001")
     assert visitor.crashes == visitor.errors == visitor.warnings == []
     assert visitor.metrics["Filling"] == "–"
-    assert "has no sound" in visitor.sentences
+    assert "has no sound" in visitor.tiles["Filling"]["verdict"]
     assert visitor.metrics["Capacity"].endswith("mL")
 
 

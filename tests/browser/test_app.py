@@ -149,6 +149,22 @@ def test_held_key_is_one_step_of_the_history(page: Page, address: str) -> None:
     expect(page.get_by_text("view3, frame 1", exact=True)).to_be_visible()
 
 
+def test_a_number_leads_to_the_page_that_explains_it_by_keys_too(page: Page, address: str) -> None:
+    page.goto(address)
+    capacity = page.get_by_role("group", name="Capacity", exact=True)
+    expect(capacity.locator(".tile-value")).to_have_text(re.compile("mL$"), timeout=120_000)
+    value = capacity.locator(".tile-value").inner_text()
+    link = capacity.get_by_role("button", name="Capacity", exact=True)
+    expect(link).to_have_attribute("title", "Open the Shape page with this recording, frame and preset.")
+    link.focus()
+    link.press("Enter")
+    expect(page.get_by_role("heading", name="Shape", exact=True)).to_be_visible()
+    expect(page.get_by_test_id("stMetricValue").first).to_have_text(value)
+    page.go_back()
+    page.get_by_role("button", name="Object mass", exact=True).click()
+    expect(page.get_by_role("heading", name="Mass", exact=True)).to_be_visible()
+
+
 @pytest.mark.parametrize("text", ["[x](http://example.com)", "$a$ *b* _c_ `d`", "<b>e</b>", ":red[f]", "~g~"])
 def test_what_stood_in_an_address_is_shown_as_it_is(page: Page, address: str, text: str) -> None:
     page.goto(f"{address}/best-frame?recording=000000&frame={quote(text)}")

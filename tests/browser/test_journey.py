@@ -109,7 +109,7 @@ def test_from_the_first_start_to_the_report(page: Page, chromium: Browser, tmp_p
     expect(page.get_by_role("heading", name="Overview", exact=True)).to_be_visible()
     plot(page, "Hull and circumferences in 3D")
     plot(page, f"What was known when, recording {IDS[0]}")
-    expect(page.get_by_test_id("stMetricValue").first).not_to_have_text("…")
+    expect(page.locator(".tile-value").first).not_to_have_text("…")
 
     turn_to(page, "Recordings")
     expect(page.get_by_role("heading", name=f"Recording {IDS[0]}")).to_be_visible()
@@ -161,7 +161,7 @@ def test_from_the_first_start_by_playing_to_the_worst_recording_and_back(page: P
     line = page.get_by_role("group", name=re.compile("^Time line of recording"))
     playhead = line.get_by_role("slider", name="Frame", exact=True)
     expect(line.get_by_role("img", name=re.compile("^view"))).to_have_count(3, timeout=DEMO_MS)
-    expect(page.get_by_test_id("stMetricValue").first).not_to_have_text("…", timeout=DEMO_MS)
+    expect(page.locator(".tile-value").first).not_to_have_text("…", timeout=DEMO_MS)
     start = playhead.get_attribute("aria-valuenow") or ""
     line.get_by_role("button", name="Play", exact=True).click()
     expect(playhead).not_to_have_attribute("aria-valuenow", start)

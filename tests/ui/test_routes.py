@@ -28,7 +28,7 @@ def dataset(tiny_dataset_root):
     return open_dataset(tiny_dataset_root)
 
 
-def get(path, *, query=b""):
+def get(path, *, query=b"", method="GET"):
     """Ask the routes as a server would: status, headers and body."""
     sent = []
 
@@ -38,7 +38,14 @@ def get(path, *, query=b""):
     async def send(message):
         sent.append(message)
 
-    scope = {"type": "http", "method": "GET", "path": path, "query_string": query, "headers": [], "http_version": "1.1"}
+    scope = {
+        "type": "http",
+        "method": method,
+        "path": path,
+        "query_string": query,
+        "headers": [],
+        "http_version": "1.1",
+    }
     scope["asgi"] = {"version": "3.0", "spec_version": "2.4"}  # below 2.4 a reply waits for the browser to hang up
     asyncio.run(Starlette(routes=routes())(scope, receive, send))
     headers = {name.decode(): value.decode() for name, value in sent[0]["headers"]}

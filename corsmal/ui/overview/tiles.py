@@ -1,64 +1,65 @@
 """Where the numbers stand on the page, and the links from what is shown to the pages that explain it."""
 
 from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
 
 import streamlit as st
-from streamlit.delta_generator import DeltaGenerator
 
 from corsmal.estimation import Estimate
-from corsmal.ui import session
-from corsmal.ui.messages import plain
+from corsmal.ui import drawing, session
+from corsmal.ui.linked_plot.assets import read_asset
+from corsmal.ui.linked_plot.component import acknowledged, fresh_report, no_callback
 from corsmal.ui.overview.numbers import PENDING, Tile
 
-ICONS = {
-    "frames": ":material/center_focus_strong:",
-    "shape": ":material/deployed_code:",
-    "filling": ":material/graphic_eq:",
-    "mass": ":material/scale:",
-}
-PER_ROW = 4
+ICONS = {"frames": "center_focus_strong", "shape": "deployed_code", "filling": "graphic_eq", "mass": "scale"}
+HELP = "Open the {page} page with this recording, frame and preset."
+KEYS = tuple(f"tiles_{known}" for known in range(len(PENDING) + 1))
+"""By how many numbers are known: a run of the page draws an element of a key once."""
+
+HERE: Final = Path(__file__).parent
+
+_component = st.components.v2.component(
+    "corsmal.tiles",
+    css=read_asset("tiles.css", folder=HERE),
+    js=read_asset("reports.js") + read_asset("tiles.js", folder=HERE),
+    isolate_styles=False,
+)
 
 
 class Tiles:
     """All numbers side by side; each is filled in when it is known."""
 
     def __init__(self) -> None:
-        columns = [
-            column
-            for first in range(0, len(PENDING), PER_ROW)
-            for column in st.columns(len(PENDING[first : first + PER_ROW]), gap="small")
-        ]
         self.shown: dict[str, Tile] = {}
-        self._slots: dict[str, DeltaGenerator] = {
-            tile.label: column.empty() for tile, column in zip(PENDING, columns, strict=True)
-        }
+        self._opens = next((report["opens"] for key in KEYS if "opens" in (report := fresh_report(key))), None)
+        self._place = st.empty()
 
     def show_pending(self) -> None:
         """Say of all numbers that they are being computed, where that takes a moment; drawing it does, too."""
-        for tile in PENDING:
-            with self._slots[tile.label].container(border=True, gap=None, height="stretch"):
-                st.button(tile.label, key=f"pending {tile.label}", type="tertiary", disabled=True)
-                _number(tile)
+        self._draw()
 
     def show(self, tiles: Iterable[Tile], found: Estimate) -> None:
-        """Fill in numbers of an estimate."""
-        for tile in tiles:
-            self.shown[tile.label] = tile
-            with self._slots[tile.label].container(border=True, gap=None, height="stretch"):
-                page_link(tile.label, tile.page, found)
-                _number(tile)
+        """Fill in numbers of an estimate, and follow the link of one of them if that was pressed."""
+        self.shown |= {tile.label: tile for tile in tiles}
+        self._draw()
+        if self._opens in self.shown:
+            _open_page(self.shown[self._opens].page, found)
+
+    def _draw(self) -> None:
+        key = KEYS[len(self.shown)]
+        tiles = [_sent(self.shown.get(tile.label, tile), is_known=tile.label in self.shown) for tile in PENDING]
+        drawn_url = drawing.begin() if len(self.shown) == len(PENDING) else None
+        data = {"tiles": tiles, "acknowledged": acknowledged(key), "drawn_url": drawn_url}
+        with self._place:
+            _component(key=key, data=data, on_report_change=no_callback)
 
 
-def _number(tile: Tile) -> None:
-    st.metric(
-        tile.label,
-        tile.value,
-        tile.interval or None,
-        label_visibility="collapsed",
-        delta_color="off",
-        delta_arrow="off",
-    )
-    st.caption(plain(tile.verdict) or "&nbsp;")
+def _sent(tile: Tile, *, is_known: bool) -> dict[str, Any]:
+    """A number as the browser draws it: it leads to its page once it is known."""
+    icon, text = (ICONS[tile.page], HELP.format(page=tile.page.capitalize())) if is_known else ("", "")
+    return asdict(tile) | {"icon": icon, "help": text}
 
 
 def page_link(label: str, page: str, found: Estimate | None) -> None:
@@ -73,15 +74,19 @@ def page_link(label: str, page: str, found: Estimate | None) -> None:
         label,
         key=f"open {page} {label}",
         type="tertiary",
-        icon=ICONS[page],
-        help=f"Open the *{page.capitalize()}* page with this recording, frame and preset.",
+        icon=f":material/{ICONS[page]}:",
+        help=HELP.format(page=f"*{page.capitalize()}*"),
     )
     if opens:
-        fit = None if found is None else found.fit
-        session.choose(
-            shape=session.choice().estimated_shape,
-            frame=None if fit is None else fit.frame,
-            pair=None if fit is None else fit.pair,
-            crop_s=None,
-        )
-        st.switch_page(f"pages/{page}.py")
+        _open_page(page, found)
+
+
+def _open_page(page: str, found: Estimate | None) -> None:
+    fit = None if found is None else found.fit
+    session.choose(
+        shape=session.choice().estimated_shape,
+        frame=None if fit is None else fit.frame,
+        pair=None if fit is None else fit.pair,
+        crop_s=None,
+    )
+    st.switch_page(f"pages/{page}.py")
