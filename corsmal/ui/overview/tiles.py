@@ -13,7 +13,12 @@ from corsmal.ui.linked_plot.assets import read_asset
 from corsmal.ui.linked_plot.component import acknowledged, fresh_report, no_callback
 from corsmal.ui.overview.numbers import PENDING, Tile
 
-ICONS = {"frames": "center_focus_strong", "shape": "deployed_code", "filling": "graphic_eq", "mass": "scale"}
+ICONS = {
+    "frames": ":material/center_focus_strong:",
+    "shape": ":material/deployed_code:",
+    "filling": ":material/graphic_eq:",
+    "mass": ":material/scale:",
+}
 HELP = "Open the {page} page with this recording, frame and preset."
 KEYS = tuple(f"tiles_{known}" for known in range(len(PENDING) + 1))
 """By how many numbers are known: a run of the page draws an element of a key once."""
@@ -58,8 +63,10 @@ class Tiles:
 
 def _sent(tile: Tile, *, is_known: bool) -> dict[str, Any]:
     """A number as the browser draws it: it leads to its page once it is known."""
-    icon, text = (ICONS[tile.page], HELP.format(page=tile.page.capitalize())) if is_known else ("", "")
-    return asdict(tile) | {"icon": icon, "help": text}
+    if not is_known:
+        return asdict(tile) | {"icon": "", "help": ""}
+    icon = ICONS[tile.page].removeprefix(":material/").removesuffix(":")
+    return asdict(tile) | {"icon": icon, "help": HELP.format(page=tile.page.capitalize())}
 
 
 def page_link(label: str, page: str, found: Estimate | None) -> None:
@@ -74,7 +81,7 @@ def page_link(label: str, page: str, found: Estimate | None) -> None:
         label,
         key=f"open {page} {label}",
         type="tertiary",
-        icon=f":material/{ICONS[page]}:",
+        icon=ICONS[page],
         help=HELP.format(page=f"*{page.capitalize()}*"),
     )
     if opens:
