@@ -6,6 +6,7 @@ from functools import partial
 
 import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
+from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from corsmal.dataset import Dataset
 from corsmal.demo.opening import open_demo
@@ -50,8 +51,19 @@ def show() -> None:
     The page that a visitor opens first may show its numbers before: the controls take a browser longer than they do.
     """
     if (draw := st.session_state.pop(NOT_SHOWN, None)) is not None:
-        with st.sidebar:
+        with _as_in_app(), st.sidebar:
             draw()
+
+
+@contextmanager
+def _as_in_app() -> Iterator[None]:
+    """Let widgets be those of ``app.py``, which all pages have, when a page draws them: else each has its own."""
+    context = get_script_run_ctx()
+    if context is None:
+        yield
+        return
+    with context.run_with_active_hash(context.pages_manager.main_script_hash):
+        yield
 
 
 def _begin(page: str) -> None:
@@ -62,14 +74,17 @@ def _begin(page: str) -> None:
     permalinks.follow()
     if session.FOLDER not in st.session_state:
         st.session_state[session.FOLDER] = default_folder()
-    with st.sidebar.empty():  # where it says that a folder is being read
-        found = st.session_state[session.DATASET] = _open_dataset()
+    with st.sidebar:
+        reading = st.empty()
+        place = None if is_later else _top()
+        with reading:  # says so
+            found = st.session_state[session.DATASET] = _open_dataset()
     _forget_links_of_another(found)
     is_met = permalinks.is_met(found)
     if found is not None and is_met:
         permalinks.remember(found)
         _choose_one_of(found)
-    st.session_state[NOT_SHOWN] = partial(_draw, found, is_met=is_met)
+    st.session_state[NOT_SHOWN] = partial(_draw, place, found, is_met=is_met)
     if not is_later:
         show()
     session.write_address()
@@ -79,9 +94,15 @@ def _begin(page: str) -> None:
     session.show_problems()
 
 
-def _draw(found: Dataset | None, *, is_met: bool) -> None:
+def _top() -> DeltaGenerator:
+    """The folder's name; returns where the link and the pins stand."""
     place = st.container(key="sharing")
     _folder_input()
+    return place
+
+
+def _draw(place: DeltaGenerator | None, found: Dataset | None, *, is_met: bool) -> None:
+    place = _top() if place is None else place
     if problem := st.session_state.get(session.FOLDER_PROBLEM):
         st.error(plain(problem), icon=":material/folder_off:")
     if found is not None and is_met:

@@ -205,3 +205,12 @@ def test_weights_that_cannot_be_read_leave_the_shape(
     assert len(visitor.errors) == 1
     assert str(path) in visitor.errors[0]
     assert visitor.metrics["Capacity"].endswith("mL")
+
+
+def test_the_folder_that_was_typed_on_the_first_page_stays_on_all(sound_root: Path) -> None:
+    visitor = Visitor(begins="overview")  # the page that shows its numbers before the sidebar
+    visitor.test.sidebar.text_input[0].set_value(str(sound_root)).run()
+    for page in ("overview", "recordings", "mass", "overview"):
+        visitor.open(page)
+        assert visitor.test.sidebar.text_input[0].value == str(sound_root)
+        assert visitor.crashes == []
