@@ -43,7 +43,10 @@ def press(page: Page, name: str) -> None:
 
 
 def press_cell(table: Locator, *, column_share: float) -> None:
-    """Press a cell of the first row of a table, which is drawn on a canvas."""
+    """Press a cell of the first row of a table, which is drawn on a canvas, and anew while its page runs."""
+    is_at_rest = re.compile("notRunning")
+    expect(table.page.get_by_test_id("stApp")).to_have_attribute("data-test-script-state", is_at_rest, timeout=DEMO_MS)
+    expect(table).to_be_visible()
     box = table.bounding_box()
     assert box is not None
     table.click(position={"x": column_share * box["width"], "y": HEADING_PX + ROW_PX / 2})
