@@ -1,7 +1,6 @@
 """Many recordings in several processes of this machine."""
 
 import os
-import sys
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Container, Generator, Iterable, Mapping, Sequence
@@ -11,7 +10,7 @@ from itertools import chain
 from multiprocessing.connection import Connection, wait
 
 from corsmal.engines.engine import Item, Outcome, Row, never
-from corsmal.engines.workers import FAREWELL_S, THREADS, Worker
+from corsmal.engines.workers import FAREWELL_S, THREADS, Worker, can_copy
 from corsmal.errors import ArgumentError
 
 ATTEMPTS_MAX = 2
@@ -139,7 +138,7 @@ class Processes:
     def _worker(self, count: int) -> Worker:
         threads = dict.fromkeys(THREADS, str(max(1, cores() // count)))
         environment = threads | os.environ | dict(self.environment)
-        is_copy = self.forks and sys.platform == "linux" and all(environment[name] == "1" for name in THREADS)
+        is_copy = self.forks and can_copy() and all(environment[name] == "1" for name in THREADS)
         worker = Worker(environment, is_copy=is_copy)
         if self.gives_way:
             worker.give_way()

@@ -1,9 +1,11 @@
 """A process that does the work of an engine."""
 
+import gc
 import os
 import signal
 import subprocess
 import sys
+import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -33,13 +35,18 @@ _parents_ends: set[Connection] = set()
 """Of the connections to all workers; a copy of this process has copies of them."""
 
 
+def can_copy() -> bool:
+    """Whether this process can be copied: on Linux, if no other thread of Python may hold a lock at that moment."""
+    return sys.platform == "linux" and threading.active_count() == 1
+
+
 class Worker:
     """One process, which does one task after the other.
 
     Args:
         environment: its variables.
-        is_copy: whether it begins as a copy of this process, with all libraries and networks that are loaded. Only on
-            Linux, for a worker of one thread, in a process whose other threads are idle.
+        is_copy: whether it begins as a copy of this process, with all libraries and networks that are loaded. Only
+            where ``can_copy`` says so, and for a worker of one thread.
 
     Raises:
         CorsmalError: it could not be started.
@@ -127,6 +134,7 @@ class _Copy:
 
     def __init__(self, connection: Connection, environment: Mapping[str, str]) -> None:
         self._process = get_context("fork").Process(target=_serve_as_copy, args=(connection, environment), daemon=True)
+        gc.collect()  # what has threads cannot be disposed of in the copy, which lacks them
         with _one_thread(), warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12: of other threads, which are idle
             self._process.start()
@@ -145,7 +153,8 @@ class _Copy:
 
 
 def _serve_as_copy(connection: Connection, environment: Mapping[str, str]) -> None:
-    os.setpgid(0, 0)  # as above
+    gc.freeze()  # likewise: what was there before stays
+    os.setpgid(0, 0)  # as for a program
     for end in _parents_ends:
         end.close()
     parent = parent_process()

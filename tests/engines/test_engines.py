@@ -14,7 +14,6 @@ from corsmal.engines.dask_cluster import DaskCluster
 from corsmal.engines.engine import completed_rows, in_turn, run_batch
 from corsmal.engines.processes import Processes
 from corsmal.engines.tasks import DetectTask, EstimateTask, open_detector
-from corsmal.engines.workers import THREADS
 from corsmal.errors import CorsmalError
 from corsmal.notes import listening
 from corsmal.stages.settings import EstimateSettings, find_detector
@@ -42,12 +41,11 @@ def cluster():
         yield cluster.scheduler_address
 
 
-@pytest.fixture(params=["in turn", "processes", "copies", "dask"])
+@pytest.fixture(params=["in turn", "processes", "dask"])
 def engine(request):
     if request.param == "dask":
         return DaskCluster(request.getfixturevalue("cluster"))
-    copies = Processes(2, forks=True, environment=dict.fromkeys(THREADS, "1"))
-    return {"processes": Processes(2), "copies": copies}.get(request.param, in_turn)
+    return Processes(2) if request.param == "processes" else in_turn
 
 
 @pytest.fixture
@@ -64,7 +62,7 @@ def untimed(rows):
     return [{**row, "execution_time_ms": None} for row in rows]
 
 
-@pytest.mark.parametrize("engine", ["processes", "copies", "dask"], indirect=True)
+@pytest.mark.parametrize("engine", ["processes", "dask"], indirect=True)
 def test_every_engine_gives_the_same_rows(engine, broken, settings, tmp_path):
     steps = []
     expected = run_batch(EstimateTask(tmp_path / "one", settings), broken)

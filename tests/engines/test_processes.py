@@ -2,7 +2,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
+import threading
 from pathlib import Path
 
 import pytest
@@ -11,6 +11,7 @@ from corsmal.engines.engine import run_batch
 from corsmal.engines.processes import Processes, cores
 from corsmal.engines.workers import GIVING_WAY, THREADS
 from corsmal.errors import ArgumentError
+from tests.engines.copying import LOADED, copies, what_is_loaded
 from tests.engines.faulty import Faulty, wait_for
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -174,18 +175,6 @@ def test_what_was_given_to_a_worker_ahead_is_done_though_it_dies(dataset, tmp_pa
     assert [outcome.problem for outcome in outcomes] == [""] * 5
 
 
-def test_copies_of_a_process_have_what_it_has_loaded_and_one_thread_each(tmp_path, monkeypatch):
-    forget_threads(monkeypatch)
-    monkeypatch.setitem(LOADED, "network", "open")
-    use_all_threads()
-    before = what_is_loaded(tmp_path)
-    outcomes = list(copies()(what_is_loaded, [tmp_path] * 4))
-    assert [outcome.row["network"] for outcome in outcomes] == ["open"] * 4
-    assert before["pid"] not in {outcome.row["pid"] for outcome in outcomes}
-    assert all(outcome.row["torch"] == outcome.row["cv2"] == 1 for outcome in outcomes)
-    assert what_is_loaded(tmp_path) == before
-
-
 def test_a_process_with_several_threads_is_no_copy(tmp_path, monkeypatch):
     forget_threads(monkeypatch)
     monkeypatch.setitem(LOADED, "network", "open")
@@ -193,53 +182,29 @@ def test_a_process_with_several_threads_is_no_copy(tmp_path, monkeypatch):
     assert (outcome.row["network"], outcome.row["torch"]) == (None, 2)
 
 
-def test_a_copy_whose_process_was_killed_is_replaced(dataset, tmp_path):
-    task = Faulty(raises={"000001": "kill"}, once=tmp_path / "killed")
-    assert [row["status"] for row in run_batch(task, list(dataset), engine=copies())] == ["done"] * 3
-    [*_, row] = run_batch(Faulty(raises={"000002": "kill"}), list(dataset), engine=copies())
-    assert "its process ended 2 times, by signal 9" in row["notes"]
+def test_a_process_is_not_copied_while_another_thread_of_it_runs(tmp_path, monkeypatch):
+    monkeypatch.setitem(LOADED, "network", "open")
+    done = threading.Event()
+    thread = threading.Thread(target=done.wait)
+    thread.start()
+    outcomes = list(copies()(what_is_loaded, [tmp_path]))
+    done.set()
+    thread.join()
+    assert [outcome.row["network"] for outcome in outcomes] == [None]
 
 
-def test_copies_end_when_the_work_is_given_up(dataset, tmp_path):
-    outcomes = copies()(Faulty(raises={"000001": "sleep"}, pids=tmp_path), list(dataset))
-    next(outcomes)
-    wait_for(lambda: len(pids_in(tmp_path)) == 2)
-    outcomes.close()
-    assert not any(map(is_alive, pids_in(tmp_path)))
+@pytest.mark.parametrize("name", ["have_what_is_loaded", "are_replaced", "end_with_the_work", "estimate_the_same"])
+def test_copies(name, tiny_dataset_root, tmp_path):
+    # in a process without other threads, which this one may have from other tests
+    program = f"from tests.engines import copying; copying.{name}({str(tiny_dataset_root)!r}, {str(tmp_path)!r})"
+    environment = {key: value for key, value in os.environ.items() if key not in THREADS} | {"PYTHONPATH": str(ROOT)}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True, timeout=300)
 
 
 @pytest.mark.parametrize("count", [0, -1])
 def test_fewer_processes_than_one_are_refused(count):
     with pytest.raises(ArgumentError, match=f"count must be at least 1, got {count}"):
         Processes(count)
-
-
-LOADED: dict[str, str] = {}
-"""What this process has loaded, as it were: other processes import this module anew, copies do not."""
-
-
-def copies():
-    return Processes(2, forks=True, environment=dict.fromkeys(THREADS, "1"))
-
-
-def what_is_loaded(_folder: Path) -> dict[str, object]:
-    """A task that returns what its process found loaded, its id and its threads."""
-    import cv2  # noqa: PLC0415 - the other tests do not need them
-    import torch  # noqa: PLC0415
-
-    time.sleep(0.1)
-    threads = {"torch": torch.get_num_threads(), "cv2": cv2.getNumThreads()}
-    return {"network": LOADED.get("network"), "pid": os.getpid(), **threads}
-
-
-def use_all_threads():
-    """Have PyTorch and OpenCV start their threads, which a copy of the process does not have."""
-    import cv2  # noqa: PLC0415 - as above
-    import numpy as np  # noqa: PLC0415
-    import torch  # noqa: PLC0415
-
-    torch.ones(3000, 3000) @ torch.ones(3000, 3000)
-    cv2.GaussianBlur(np.zeros((2000, 2000, 3), np.uint8), (31, 31), 5)
 
 
 def process_of(folder: Path) -> dict[str, int]:
