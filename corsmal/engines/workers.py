@@ -134,7 +134,8 @@ class _Copy:
 
     def __init__(self, connection: Connection, environment: Mapping[str, str]) -> None:
         self._process = get_context("fork").Process(target=_serve_as_copy, args=(connection, environment), daemon=True)
-        gc.collect()  # what has threads cannot be disposed of in the copy, which lacks them
+        gc.collect()  # what has threads cannot be disposed of in the copy, which lacks them,
+        gc.freeze()  # and what is not garbage yet stays; the next copy's garbage is found at once
         with _one_thread(), warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12: of other threads, which are idle
             self._process.start()
@@ -153,7 +154,6 @@ class _Copy:
 
 
 def _serve_as_copy(connection: Connection, environment: Mapping[str, str]) -> None:
-    gc.freeze()  # likewise: what was there before stays
     os.setpgid(0, 0)  # as for a program
     for end in _parents_ends:
         end.close()
