@@ -152,15 +152,24 @@ class FusionGate(nn.Module):
 
 
 def _minimise(loss: Callable[[], Tensor], parameters: Iterable[nn.Parameter]) -> None:
-    optimiser = torch.optim.LBFGS(parameters, max_iter=STEPS_MAX, line_search_fn="strong_wolfe")
+    learned, least, best = list(parameters), float("inf"), None
+    optimiser = torch.optim.LBFGS(learned, max_iter=STEPS_MAX, line_search_fn="strong_wolfe")
 
     def step() -> Tensor:
+        nonlocal least, best
         optimiser.zero_grad()
         value = loss()
         value.backward()
+        if value.item() < least:
+            least, best = value.item(), [each.detach().clone() for each in learned]
         return value
 
-    optimiser.step(step)
+    try:
+        optimiser.step(step)
+    except RuntimeError:  # where answers hardly differ the loss is flat, and a step may leave the range of numbers
+        with torch.no_grad():
+            for each, value in zip(learned, best or [], strict=False):
+                each.copy_(value)
 
 
 def _kinds(sight: Answer) -> Tensor:

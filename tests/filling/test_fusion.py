@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from corsmal.errors import ArgumentError
-from corsmal.filling.fusion import Answer, FusionGate
+from corsmal.filling.fusion import Answer, FusionGate, _minimise
 
 
 def says(classes, wanted, sure):
@@ -95,3 +95,17 @@ def test_nothing_at_all_and_sight_that_says_no_kind_are_refused():
         FusionGate()(sound, sight._replace(kinds=None))
     with pytest.raises(ArgumentError, match="form"):
         FusionGate("sound")
+
+
+def test_a_search_that_leaves_the_range_of_numbers_keeps_the_best_that_it_saw():
+    parameter, seen = torch.nn.Parameter(torch.zeros(1)), []
+
+    def loss():
+        if len(seen) == 3:
+            raise RuntimeError("value cannot be converted to type float without overflow")
+        value = ((parameter - 3) ** 4).sum()
+        seen.append((value.item(), parameter.item()))
+        return value
+
+    _minimise(loss, [parameter])
+    assert parameter.item() == min(seen)[1]
