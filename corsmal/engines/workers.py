@@ -13,6 +13,7 @@ from multiprocessing import Pipe, get_context, parent_process
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
+from weakref import WeakSet
 
 from corsmal.engines.engine import Outcome, Row, attempt
 from corsmal.engines.lifeline import end_with
@@ -31,8 +32,8 @@ THREADS = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
 _LIMITS = {"torch": ("get_num_threads", "set_num_threads"), "cv2": ("getNumThreads", "setNumThreads")}
 _PACKAGE_PARENT = str(Path(__file__).resolve().parents[2])
 
-_parents_ends: set[Connection] = set()
-"""Of the connections to all workers; a copy of this process has copies of them."""
+_parents_ends: WeakSet[Connection] = WeakSet()
+"""Of the connections to all workers that are in use; a copy of this process has copies of them."""
 
 
 def can_copy() -> bool:
@@ -89,7 +90,6 @@ class Worker:
 
     def stop(self, *, is_busy: bool) -> None:
         """Have it end: at once, if it is busy."""
-        _parents_ends.discard(self.connection)
         self.connection.close()  # which an idle process takes for the end
         if is_busy:
             self._process.terminate()

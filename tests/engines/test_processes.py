@@ -1,3 +1,4 @@
+import gc
 import os
 import signal
 import subprocess
@@ -173,6 +174,15 @@ def test_what_was_given_to_a_worker_ahead_is_done_though_it_dies(dataset, tmp_pa
     engine.close()
     assert sorted(outcome.index for outcome in outcomes) == [0, 1, 2, 3, 4]
     assert [outcome.problem for outcome in outcomes] == [""] * 5
+
+
+def test_the_connection_to_a_process_that_died_is_not_kept(dataset, tmp_path):
+    gc.collect()
+    before = len(os.listdir("/proc/self/fd"))
+    task = Faulty(raises={"000001": "kill"}, once=tmp_path / "killed")
+    run_batch(task, list(dataset), engine=Processes(1))
+    gc.collect()
+    assert len(os.listdir("/proc/self/fd")) <= before
 
 
 def test_a_process_with_several_threads_is_no_copy(tmp_path, monkeypatch):
