@@ -1,4 +1,4 @@
-"""What all pages have: one stylesheet for what Streamlit's theme has no setting for, and the keys of the picker."""
+"""What all pages have: one stylesheet for what Streamlit's theme has no setting for, and two scripts."""
 
 from pathlib import Path
 from typing import Final
@@ -8,7 +8,9 @@ from streamlit.delta_generator import DeltaGenerator
 
 HERE: Final = Path(__file__).parent
 STYLESHEET: Final = HERE / "look.css"
-PICKER_KEYS: Final = f"<script>{(HERE / 'picker_keys.js').read_text(encoding='utf-8')}</script>"
+SCRIPTS: Final = "".join(
+    f"<script>{(HERE / name).read_text(encoding='utf-8')}</script>" for name in ("history.js", "picker_keys.js")
+)
 
 
 def heading(title: str) -> DeltaGenerator:
@@ -27,6 +29,6 @@ def apply() -> None:
     st.html(STYLESHEET)
 
 
-def picker_keys() -> None:
-    """Let ``[`` and ``]`` press the buttons that step through the recordings."""
-    st.html(PICKER_KEYS, unsafe_allow_javascript=True)
+def run_scripts() -> None:
+    """Let a page be one step of the browser's history, and ``[`` and ``]`` step through the recordings."""
+    st.html(SCRIPTS, unsafe_allow_javascript=True)

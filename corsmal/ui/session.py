@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NoReturn
 from urllib.parse import urlencode
 
 import streamlit as st
@@ -42,6 +42,19 @@ def choose(*, settled: bool = True, **changes: Any) -> None:
         st.session_state[PROBLEMS] = ()
     if settled:
         write_address()
+
+
+def open_page(page: str, **changes: Any) -> NoReturn:
+    """Go to another page, and look at something else there.
+
+    Args:
+        page: its file's name.
+        changes: fields of ``Choice``.
+    """
+    choose(settled=False, **changes)
+    params = st.session_state[WRITTEN] = to_params(choice())
+    st.session_state[PROBLEMS] = ()
+    st.switch_page(f"pages/{page}.py", query_params=params)
 
 
 def opened() -> tuple[Dataset, Recording]:

@@ -197,7 +197,7 @@ def _recording_picker(found: Dataset) -> None:
             args=(other,),
             width="stretch",
         )
-    look.picker_keys()
+    look.run_scripts()
     for problem in found.problems:
         st.caption(f":material/info: {plain(problem)}")
     for problem in shared.store().problems[-STORE_PROBLEMS_MAX:] if data_root() is None else ():

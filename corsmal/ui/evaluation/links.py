@@ -84,7 +84,8 @@ def open_recording(run: Run, recording: str, *, metric: str, page: str | None = 
     row = next((row for row in run.rows if row["recording_id"] == recording), {})
     pair = tuple(str(row.get("pair") or "").split(" + "))
     shape, matching = run.settings.shape, run.settings.matching
-    session.choose(
+    session.open_page(
+        page or (STAGE_PAGES[metric] if metric != "failures" else _failed_stage(row)),
         recording=recording,
         shape=shape,
         estimate=estimate_of(shape),
@@ -98,8 +99,6 @@ def open_recording(run: Run, recording: str, *, metric: str, page: str | None = 
             "masks": None if run.settings.masks == "detected" else run.settings.masks,
         },
     )
-    page = page or (STAGE_PAGES[metric] if metric != "failures" else _failed_stage(row))
-    st.switch_page(f"pages/{page}.py")
 
 
 def _selection_name(run: Run) -> str | None:

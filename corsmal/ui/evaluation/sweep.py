@@ -110,8 +110,7 @@ def _heat_map(rows: list[dict[str, Any]], judged: Judged, grid: Grid) -> None:
     click = plot_event("sweep").click
     if click is not None and isinstance(click.customdata, list) and len(click.customdata) > len(axes):
         setting = dict(zip(axes, map(float, click.customdata[:2]), strict=True))
-        session.choose(shape=with_setting(run.settings.shape, setting))
-        st.switch_page("pages/shape.py")
+        session.open_page("shape", shape=with_setting(run.settings.shape, setting))
     labels = (parameter_label(axes[0]), parameter_label(axes[1]), names[metric])
     linked_plot(
         sweep_figure(table, metric=metric, axes=axes, labels=labels, current=(own[axes[0]], own[axes[1]])),

@@ -24,8 +24,7 @@ def masks_control(opened: OpenedRecording) -> None:
 def edit_control(view: str, *, frame: int, key: str) -> None:
     """A button that opens the editor of masks on *Frames* for a view of a frame."""
     if st.button(f"Correct the mask of {view}", icon=":material/draw:", key=key):
-        session.choose(edited=view, frame=frame)
-        st.switch_page("pages/frames.py")
+        session.open_page("frames", edited=view, frame=frame)
 
 
 def editor_control(opened: OpenedRecording, view: str) -> None:

@@ -94,5 +94,4 @@ def _recordings(opened: OpenedRecording, *, is_asked: bool) -> None:
         for each in found:
             changes = OF_RECORDING | matched | {"frame": each.candidate.frame, "edited": each.candidate.view}
             if st.button(str(each), key=f"next {each.recording_id}", type="tertiary"):
-                session.choose(recording=each.recording_id, **changes)
-                st.switch_page("pages/frames.py")
+                session.open_page("frames", recording=each.recording_id, **changes)

@@ -90,10 +90,10 @@ def page_link(label: str, page: str, found: Estimate | None) -> None:
 
 def _open_page(page: str, found: Estimate | None) -> None:
     fit = None if found is None else found.fit
-    session.choose(
+    session.open_page(
+        page,
         shape=session.choice().estimated_shape,
         frame=None if fit is None else fit.frame,
         pair=None if fit is None else fit.pair,
         crop_s=None,
     )
-    st.switch_page(f"pages/{page}.py")
