@@ -165,6 +165,22 @@ def test_a_number_leads_to_the_page_that_explains_it_by_keys_too(page: Page, add
     expect(page.get_by_role("heading", name="Mass", exact=True)).to_be_visible()
 
 
+def test_a_page_and_the_address_that_it_writes_are_one_step_of_the_history(page: Page, address: str) -> None:
+    page.goto(f"{address}/dataset?recording=000001")
+    page.wait_for_url(re.compile(r"/dataset\?dataset="))
+    page.wait_for_function("window.corsmalHistory")
+    for name in ("Filling", "Mass"):
+        before = page.evaluate("history.length")
+        page.get_by_role("link", name=name, exact=True).click()
+        expect(page.get_by_role("heading", name=name, exact=True)).to_be_visible()
+        page.wait_for_url(re.compile(r"\?.*recording=000001"))
+        assert page.evaluate("history.length") == before + 1
+    for name in ("Filling", "Recordings"):
+        page.go_back()
+        expect(page.get_by_role("heading", name=name, exact=True)).to_be_visible()
+        assert query(page)["recording"] == "000001"
+
+
 @pytest.mark.parametrize("text", ["[x](http://example.com)", "$a$ *b* _c_ `d`", "<b>e</b>", ":red[f]", "~g~"])
 def test_what_stood_in_an_address_is_shown_as_it_is(page: Page, address: str, text: str) -> None:
     page.goto(f"{address}/best-frame?recording=000000&frame={quote(text)}")
