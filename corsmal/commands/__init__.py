@@ -1,7 +1,7 @@
 """The commands of ``python -m corsmal``: their common arguments, and how they report."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -47,7 +47,7 @@ LINES_EVERY_S = 30.0
 """A log gets a line about the progress this often."""
 
 COMPLAINTS_MAX = 5
-"""So many problems of the store are printed; the disk that is full for one result is full for the others."""
+"""So many problems of a kind are printed; the disk that is full for one result is full for the others."""
 
 Root = Annotated[Path, typer.Argument(metavar="ROOT", help="Folder of the dataset.")]
 Ids = Annotated[list[str] | None, typer.Argument(metavar="ID", help="Recordings, such as 000618; default: all.")]
@@ -155,6 +155,19 @@ def complain(what: str, error: CorsmalError | str) -> None:
     console.print(Text.assemble((f"{what}:", "red"), f" {error}"), soft_wrap=True)
 
 
+def complain_of(problems: Sequence[tuple[str, str]], *, others_in: str) -> None:
+    """Print some of the problems, and how many others there are.
+
+    Args:
+        problems: of what, and a sentence.
+        others_in: where the others are.
+    """
+    for what, problem in problems[:COMPLAINTS_MAX]:
+        complain(what, problem)
+    if len(problems) > COMPLAINTS_MAX:
+        complain(others_in, f"{len(problems) - COMPLAINTS_MAX} more such problems")
+
+
 @contextmanager
 def complaints_of_the_store() -> Iterator[None]:
     """Print at the end what the store could not read or write meanwhile, here or in other processes."""
@@ -162,11 +175,7 @@ def complaints_of_the_store() -> Iterator[None]:
         try:
             yield
         finally:
-            sentences = list(dict.fromkeys(said))
-            for sentence in sentences[:COMPLAINTS_MAX]:
-                complain("Cache", sentence)
-            if len(sentences) > COMPLAINTS_MAX:
-                complain("Cache", f"{len(sentences) - COMPLAINTS_MAX} more such problems")
+            complain_of([("Cache", sentence) for sentence in dict.fromkeys(said)], others_in="Cache")
 
 
 def say(sentence: str) -> None:

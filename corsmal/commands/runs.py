@@ -19,6 +19,7 @@ from corsmal.commands import (
     Root,
     UsedMasks,
     complain,
+    complain_of,
     say,
     selection_preset,
     shape_preset,
@@ -134,6 +135,8 @@ def estimate(
             is_kept=is_kept,
         )
     write_estimates(run.table, out)
+    failed = run.table[run.table["status"] == "failed"]
+    complain_of(list(zip(failed["recording_id"], failed["notes"], strict=True)), others_in=str(out))
     say(f"{out}: {_counts(run)}")
     if is_kept:
         say(f"Run: {run.name}")

@@ -208,7 +208,7 @@ def left_out_note(dataset: "Dataset", settings: EstimateSettings) -> str:
     options = " ".join(f"--{name} demo" for name in absent)
     return (
         f"No {names} estimates: the bundled networks were trained on synthetic recordings only. Train your own "
-        f"(`python -m corsmal train {absent[0]}`), or use the bundled ones all the same: {options}."
+        f"(`python -m corsmal train {absent[0]}`), or use the bundled ones all the same: `{options}`."
     )
 
 

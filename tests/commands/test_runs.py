@@ -6,6 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 import corsmal.__main__ as cli
+from corsmal.commands import COMPLAINTS_MAX
 from corsmal.commands.runs import open_run
 from corsmal.dataset import open_dataset
 from corsmal.dataset.clock import Matching
@@ -204,3 +205,16 @@ def test_commands_that_fit_or_detect_match_views_as_asked(root, words):
         assert (refused.exit_code, said in refused.output) == (2, True)
     both = CliRunner().invoke(cli.app, [*arguments, "--match", "index", "--offset", "view1=0.1"])
     assert isinstance(both.exception, ArgumentError)
+
+
+def test_recordings_that_fail_are_named_with_the_reason_the_first_of_them(tmp_path):
+    for view in ("view1", "view2", "view3"):
+        (tmp_path / "set" / view / "rgb").mkdir(parents=True)
+        for number in range(COMPLAINTS_MAX + 2):
+            (tmp_path / "set" / view / "rgb" / f"{number:06d}.mp4").write_bytes(b"no video")
+    said = command("estimate", tmp_path / "set").splitlines()
+    for number in range(COMPLAINTS_MAX):
+        [line] = [line for line in said if line.startswith(f"{number:06d}: ")]
+        assert "no detections for view3 and view1" in line
+    assert "estimates.csv: 2 more such problems" in said
+    assert f"estimates.csv: {COMPLAINTS_MAX + 2} failed" in said
