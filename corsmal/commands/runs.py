@@ -135,8 +135,7 @@ def estimate(
             is_kept=is_kept,
         )
     write_estimates(run.table, out)
-    failed = run.table[run.table["status"] == "failed"]
-    complain_of(list(zip(failed["recording_id"], failed["notes"], strict=True)), others_in=str(out))
+    complain_of(_failures(run), others_in=str(out))
     say(f"{out}: {_counts(run)}")
     if is_kept:
         say(f"Run: {run.name}")
@@ -240,6 +239,16 @@ def _is_writable(store: "Store") -> bool:
         complain("Results will not be stored", error)
         return False
     return True
+
+
+def _failures(run: "Run") -> list[tuple[str, str]]:
+    """Which recordings failed, with the first one's reason where they differ in nothing but the recording's name."""
+    alike: dict[str, list[tuple[str, str]]] = {}
+    for row in (row for row in run.rows if row["status"] == "failed"):
+        name, reason = row["recording_id"], row["notes"]
+        alike.setdefault(reason.replace(name, ""), []).append((name, reason))
+    found = [(*each[0], len(each) - 1) for each in alike.values()]
+    return [(f"{name} and {others} more" if others else name, reason) for name, reason, others in found]
 
 
 def _counts(run: "Run") -> str:
