@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -148,3 +149,41 @@ def test_bracket_keys_step_through_the_recordings(browser_page: Page, address: s
     expect(browser_page.get_by_role("heading", name="Recording 000000")).to_be_visible(timeout=FULL_MS)
     browser_page.get_by_role("textbox", name="Dataset folder").press("]")
     expect(browser_page.get_by_role("heading", name="Recording 000000")).to_be_visible()
+
+
+JOB = """
+import time
+import streamlit as st
+from corsmal.ui import look
+
+look.apply()
+st.session_state.setdefault("done", 0)
+
+@st.fragment(run_every=0.4)
+def watch():
+    time.sleep(0.2)
+    st.session_state["done"] += 1
+    st.progress(min(st.session_state["done"], 100), text=f"{st.session_state['done']} frames")
+    st.button("Stop", key="stop job")
+
+watch()
+"""
+MOVED = """() => {
+  window.moved = [];
+  document.addEventListener("transitionrun", (event) => {
+    if (event.target.closest("[data-testid=stMain]")) window.moved.push(event.propertyName);
+  });
+}"""
+
+
+def test_progress_of_a_job_moves_in_steps_without_redraws_between(
+    browser_page: Page, serve: Any, tmp_path: Path
+) -> None:
+    script = tmp_path / "job.py"
+    script.write_text(JOB, encoding="utf-8")
+    browser_page.goto(serve(script))
+    expect(browser_page.get_by_text(re.compile(r"^\d+ frames$"))).to_be_visible()
+    browser_page.evaluate(MOVED)
+    before = int(browser_page.get_by_role("progressbar").get_attribute("aria-valuenow") or 0)
+    expect(browser_page.get_by_text(f"{before + 4} frames")).to_be_visible()
+    assert browser_page.evaluate("() => window.moved") == []
