@@ -1,7 +1,7 @@
 // The pictures of the views. They are fetched ahead and decoded before they are shown; those not needed are given up.
 
-const AHEAD = 8;
-const BEHIND = 2;
+const AHEAD = { ahead: 8, behind: 2 };
+const FEW = { ahead: 3, behind: 0 }; // while few are shown per second
 const KEPT_FRAMES = 60;
 
 class Pictures {
@@ -100,10 +100,10 @@ class Pictures {
     return isWhole;
   }
 
-  fetchAhead(frame, step) {
+  fetchAhead(frame, step, { ahead, behind }) {
     const wanted = [];
-    for (let ahead = 1; ahead <= AHEAD; ahead += 1) wanted.push(frame + ahead * step);
-    for (let behind = 1; behind <= BEHIND; behind += 1) wanted.push(frame - behind * step);
+    for (let count = 1; count <= ahead; count += 1) wanted.push(frame + count * step);
+    for (let count = 1; count <= behind; count += 1) wanted.push(frame - count * step);
     const urls = new Set([frame, ...wanted].flatMap((one) => this.data.views.map((view) => this.url(view, one))));
     this.forget((url, picture) => !urls.has(url) && !picture.isReady);
     for (const one of wanted) this.of(one);

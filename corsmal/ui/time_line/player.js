@@ -46,7 +46,7 @@ class Player {
   stop({ quietly = false } = {}) {
     if (!this.isPlaying) return;
     this.isPlaying = false;
-    cancelAnimationFrame(this.ticking);
+    this.rest();
     this.audio.pause();
     this.timeLine.bar.showPlaying(false);
     if (quietly) return;
@@ -68,8 +68,27 @@ class Player {
   // Count the clock from here.
   begin() {
     this.from = { frame: this.timeLine.wanted, ms: performance.now() };
+    this.tickNext();
+  }
+
+  // At the next redraw of the screen; beside a search, whose cores that takes, twice per picture.
+  tickNext() {
+    this.rest();
+    const { most_per_s } = this.timeLine.data;
+    const tick = () => this.tick();
+    if (most_per_s) this.waiting = setTimeout(tick, 500 / most_per_s);
+    else this.ticking = requestAnimationFrame(tick);
+  }
+
+  rest() {
+    clearTimeout(this.waiting);
     cancelAnimationFrame(this.ticking);
-    this.ticking = requestAnimationFrame(() => this.tick());
+  }
+
+  // How many frames lie between two that are shown, where the number of redraws is limited.
+  get every() {
+    const { most_per_s } = this.timeLine.data;
+    return most_per_s ? Math.max(1, Math.round((this.fps * this.speed) / most_per_s)) : 1;
   }
 
   tick() {
@@ -77,8 +96,7 @@ class Player {
     const { timeLine, from } = this;
     const last = timeLine.data.frames - 1;
     const frame = from.frame + ((performance.now() - from.ms) / 1000) * this.fps * this.speed;
-    const every = Math.max(1, Math.round((this.fps * this.speed) / (timeLine.data.most_per_s ?? Infinity)));
-    const passed = every * Math.floor((frame - from.frame) / every);
+    const passed = this.every * Math.floor((frame - from.frame) / this.every);
     timeLine.wanted = frame < last ? Math.min(from.frame + passed, last) : last;
     if (frame > last + 1 && timeLine.frame === last) {
       this.stop();
@@ -86,7 +104,7 @@ class Player {
     }
     this.keepSound(Math.min(frame, last) / this.fps);
     timeLine.showWanted();
-    this.ticking = requestAnimationFrame(() => this.tick());
+    this.tickNext();
   }
 
   async playSound() {

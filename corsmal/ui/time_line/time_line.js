@@ -104,13 +104,14 @@ class TimeLine {
   }
 
   show(frame) {
-    const step = frame - (this.frame ?? frame);
+    const isLimited = this.player.isPlaying && this.player.every > 1;
+    const step = isLimited ? this.player.every : Math.min(Math.max(frame - (this.frame ?? frame), -4), 4) || 1;
     this.frame = frame;
     this.root.dataset.frame = frame;
     const isWhole = this.pictures.show(frame);
     this.bar.show(frame);
     window.dispatchEvent(new Event("corsmal-playhead"));
-    this.pictures.fetchAhead(frame, Math.min(Math.max(step, -4), 4) || 1);
+    this.pictures.fetchAhead(frame, step, isLimited ? FEW : AHEAD);
     this.askForMissing(isWhole || this.moving || this.player.isPlaying);
   }
 
