@@ -99,21 +99,26 @@ class Inspection:
         if not self._is_cancelled():
             self._report(self._total)
 
-    def inspect(self, frames: Collection[int], *, counted: int | None = None) -> None:
-        """Detect in those frames that were not inspected yet, and keep the results every few seconds.
+    def inspect(self, *passes: Collection[int], counted: int | None = None) -> None:
+        """Detect in those frames that were not inspected yet; keep the results after each pass, and every few seconds.
 
         Args:
-            frames: of all views.
+            passes: frames of all views, those of the first pass first; no process waits for the end of a pass.
             counted: for how many frames of each view they count in what is reported; default: as many as it has.
         """
         if self._is_cancelled():
             return
-        asked = {id(work): [frame for frame in sorted(frames) if 0 <= frame < work.frame_count] for work in self.works}
-        wanted = [(work, work.missing(asked[id(work)])) for work in self.works]
-        done = sum(len(asked[id(work)]) - len(missing) for work, missing in wanted)
+        asked = [[_within(frames, work.frame_count) for frames in passes] for work in self.works]
+        wanted = [work.missing(frames) for work, frames in zip(self.works, asked, strict=True)]
+        pieces: list[tuple[ViewWork, tuple[int, ...]]] = []
+        ends = []
+        for missing in zip(*wanted, strict=True):
+            pieces += _in_turn(list(zip(self.works, missing, strict=True)), self._inspector.piece_frames)
+            ends.append(len(pieces))
+        total = sum(map(len, chain.from_iterable(asked)))
+        done = total - sum(len(piece) for _, piece in pieces)
         self._report(done)
-        pieces = _in_turn(wanted, self._inspector.piece_frames)
-        kept_s = time.monotonic()
+        left, kept_s = set(range(len(pieces))), time.monotonic()
         try:
             todo = [(work.view, piece) for work, piece in pieces]
             for index, found in self._inspector(todo, cancelled=self._is_cancelled) if todo else ():
@@ -121,12 +126,15 @@ class Inspection:
                 work.add(found)
                 done += len(piece)
                 self._report(done)
-                if time.monotonic() - kept_s >= KEEP_EVERY_S:
+                left.discard(index)
+                complete = min(left, default=len(pieces))
+                if complete >= ends[0] or time.monotonic() - kept_s >= KEEP_EVERY_S:
                     self._keep()
                     kept_s = time.monotonic()
+                    ends = [end for end in ends if end > complete]
         finally:
             self._keep()
-        self._done += sum(len(asked[id(work)]) if counted is None else counted for work in self.works)
+        self._done += total if counted is None else counted * len(self.works)
 
     def _keep(self) -> None:
         have_kept = [work.keep() for work in self.works]
@@ -140,6 +148,10 @@ class Inspection:
     def _is_cancelled(self) -> bool:
         self.is_stopped = self.is_stopped or self._cancelled()
         return self.is_stopped
+
+
+def _within(frames: Collection[int], frame_count: int) -> list[int]:
+    return [frame for frame in sorted(frames) if 0 <= frame < frame_count]
 
 
 def _in_turn(
@@ -164,10 +176,14 @@ class ViewWork:
         with view.video() as video:
             self.frame_count = len(clock) if view.name in clock.frames else video.frame_count
 
-    def missing(self, frames: Sequence[int]) -> list[int]:
-        """The view's own frames of those of the recording that were not inspected yet."""
-        owns = dict.fromkeys(self._clock.own(self.view.name, frame) for frame in frames)
-        return [own for own in owns if own is not None and own not in (self._found or {})]
+    def missing(self, passes: Sequence[Sequence[int]]) -> list[list[int]]:
+        """The view's own frames of those of the recording that were not inspected yet, each in its first pass."""
+        seen, missing = set(self._found or ()), []
+        for frames in passes:
+            owns = dict.fromkeys(self._clock.own(self.view.name, frame) for frame in frames)
+            missing.append([own for own in owns if own is not None and own not in seen])
+            seen.update(missing[-1])
+        return missing
 
     def add(self, found: ViewDetections) -> None:
         """Take what was found, to be kept."""

@@ -71,10 +71,11 @@ def _search(search: Inspection, every: int, detections: Callable[[], DetectionSe
     counts = [work.frame_count for work in search.works]
     search.begin(search_frames(counts, every))
     seen: set[int] = set()
+    passes = []
     for step in _strides(every):
-        frames = set(range(0, max(counts, default=0), step)) - seen
-        search.inspect(frames)
-        seen |= frames
+        passes.append(set(range(0, max(counts, default=0), step)) - seen)
+        seen |= passes[-1]
+    search.inspect(*passes)
     for level in range(_levels(every)):
         if search.is_stopped:
             return

@@ -18,6 +18,9 @@ VIEWER, NEXT_S = "viewer", "next_run_s"
 RESTS = 8.0
 """A page that shows what a job has found rests that many times as long as its run took: the job needs the cores."""
 
+SOON_S = 3.0
+"""A page does not show what a job has found by then that will end so soon: it would end later for it."""
+
 
 @contextmanager
 def timed() -> Iterator[None]:
@@ -31,10 +34,14 @@ def timed() -> Iterator[None]:
 
 
 def is_due(job: Job | None, shown: int, *, next_s: float) -> bool:
-    """Whether the page that shows a job's first ``shown`` results is run again: when it ends, or from ``next_s`` on."""
+    """Whether the page that shows a job's first ``shown`` results is run again.
+
+    When it ends; and from ``next_s`` on for more results, unless it will end within ``SOON_S`` anyway.
+    """
     if job is None or not job.active:
         return True
-    return job.results != shown and time.monotonic() >= next_s
+    left_s = job.seconds_left
+    return job.results != shown and time.monotonic() >= next_s and (left_s is None or left_s > SOON_S)
 
 
 def shows(part: str, key: str) -> bool:

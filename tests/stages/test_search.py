@@ -245,6 +245,31 @@ def test_nothing_is_told_to_be_kept_that_is_not_there_yet(without_files, store):
     assert seen == [3, 6, 9, 18, 36]
 
 
+class Overtaking(inspection.InProcess):
+    """The first frame of the second pass is done before the last of the first, as with two processes."""
+
+    def __call__(self, pieces, *, cancelled):
+        turns = [0, 1, 3, 2, *range(4, len(pieces))]
+        for position, found in super().__call__([pieces[turn] for turn in turns], cancelled=cancelled):
+            yield turns[position], found
+
+
+def test_no_process_waits_for_the_end_of_a_pass_and_each_is_kept_when_it_is_whole(without_files, store, tmp_path):
+    counts, here = [], Store(tmp_path / "here")
+    detect_recording(
+        without_files,
+        Overtaking(FakeDetector(), 1),
+        store=store,
+        kept=lambda: counts.append(sum(inspected(load_detections(without_files, store=store)).values())),
+    )
+    assert counts == [4, 6, 9, 18, 36]
+    detect_recording(without_files, FakeDetector(), store=here)
+    found, expected = (load_detections(without_files, store=one).views for one in (store, here))
+    for name, view in expected.items():
+        assert found[name].frames == view.frames
+        assert [found[name][frame].boxes.tolist() for frame in view] == [each.boxes.tolist() for each in view.values()]
+
+
 class PeakDetector(FakeDetector):
     """Reads the frame's number from its grey level; the container is largest in frame 13."""
 

@@ -18,3 +18,13 @@ def test_a_page_is_run_again_when_its_job_ends_and_meanwhile_only_for_more_resul
         "ended": True,
     }
     assert is_due(None, 0, next_s=1e12)
+
+
+def test_a_page_waits_for_the_end_of_a_job_that_ends_soon():
+    job = Job("Detecting", results=1, state="running")
+    job.forecast(20.0)
+    assert is_due(job, 0, next_s=0.0)
+    job.forecast(1.0)
+    assert not is_due(job, 0, next_s=0.0)
+    job.forecast(None)
+    assert is_due(job, 0, next_s=0.0)
