@@ -18,6 +18,9 @@ VIEWER, NEXT_S = "viewer", "next_run_s"
 RESTS = 8.0
 """A page that shows what a job has found rests that many times as long as its run took: the job needs the cores."""
 
+REST_MIN_S = 4.0
+"""And at least so long: the browser draws what the run sent, which takes longer than a short run."""
+
 SOON_S = 3.0
 """A page does not show what a job has found by then that will end so soon: it would end later for it."""
 
@@ -30,7 +33,7 @@ def timed() -> Iterator[None]:
         yield
     finally:
         ended_s = time.monotonic()
-        st.session_state[NEXT_S] = ended_s + RESTS * (ended_s - began_s)
+        st.session_state[NEXT_S] = ended_s + max(REST_MIN_S, RESTS * (ended_s - began_s))
 
 
 def is_due(job: Job | None, shown: int, *, next_s: float) -> bool:

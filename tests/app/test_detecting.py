@@ -134,7 +134,7 @@ def test_results_appear_while_the_work_goes_on(visitor: Visitor, coco: type[Fake
     visitor.wait_for(lambda _visitor: coco.seen >= 9)
     visitor.test.run()
     assert inspected(visitor) == 3  # frames 0, 8 and 4
-    assert visitor.time_line["most_per_s"] == 5  # the search needs the cores
+    assert visitor.time_line["most_per_s"] == 10  # the search needs the cores
     assert visitor.crashes == []
 
 

@@ -111,14 +111,14 @@ def test_playing_shows_one_frame_in_every_redraw_and_rests_at_the_end(page: Page
 
 
 def test_beside_a_search_few_frames_are_shown_and_no_others_fetched(page: Page) -> None:
-    page.evaluate("() => { window.corsmalPlayhead.data.most_per_s = 5; }")
+    page.evaluate("() => { window.corsmalPlayhead.data.most_per_s = 10; }")
     page.evaluate(RECORD)
     fetched: list[int] = []
     page.on("request", lambda request: fetched.extend(map(int, re.findall(r"/view\d/(\d+)\.jpg", request.url))))
     press(page, "Play")
     at(page, FRAMES - 1)
     expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
-    shown = [2, 8, 14, FRAMES - 1]  # of 30 a second every sixth
+    shown = [2, 14, FRAMES - 1]  # of 30 a second every twelfth: this browser draws without a graphics card
     frames = [entry["now"]["shown"][0] for entry in recorded(page)]
     assert frames == sorted(frames)
     assert set(frames) <= set(shown)

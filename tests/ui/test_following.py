@@ -1,3 +1,8 @@
+from types import SimpleNamespace
+
+import pytest
+
+from corsmal.ui import following
 from corsmal.ui.following import is_due
 from corsmal.ui.job import Job
 
@@ -28,3 +33,13 @@ def test_a_page_waits_for_the_end_of_a_job_that_ends_soon():
     assert not is_due(job, 0, next_s=0.0)
     job.forecast(None)
     assert is_due(job, 0, next_s=0.0)
+
+
+def test_a_page_rests_for_seconds_after_a_short_run_and_longer_after_a_long_one(monkeypatch):
+    state, clock = {}, [100.0]
+    monkeypatch.setattr(following, "st", SimpleNamespace(session_state=state))
+    monkeypatch.setattr(following.time, "monotonic", lambda: clock[0])
+    for took_s, rest_s in ((0.1, 4.0), (2.0, 16.0)):
+        with following.timed():
+            clock[0] += took_s
+        assert state[following.NEXT_S] - clock[0] == pytest.approx(rest_s)

@@ -65,9 +65,9 @@ class Pictures {
     return Promise.all(this.of(frame).map((picture) => picture.ready));
   }
 
-  // The newest frame up to the wanted one whose pictures are there; the wanted one where none is.
-  newestReady(shown, wanted) {
-    for (let frame = wanted; frame > (shown ?? wanted); frame -= 1) {
+  // The newest of every so many frames up to the wanted one whose pictures are there; the wanted one where none is.
+  newestReady(shown, wanted, every) {
+    for (let frame = wanted; frame > (shown ?? wanted); frame -= every) {
       const isThere = (view) => frame >= view.frames || this.kept.get(this.url(view, frame))?.isReady;
       if (this.data.views.every(isThere)) return frame;
     }

@@ -2,7 +2,22 @@
 
 const FPS_UNKNOWN = 30;
 const DRIFT_S = 0.15; // the sound is moved when it is off by more
+const DRAWN_BY_CORES_PER_S = 2.5; // a redraw takes a twentieth of a second of a core there
 const MUTED = "corsmal-muted";
+
+let areCores; // found out once
+
+// Whether pages are drawn without a graphics card.
+function drawnByCores() {
+  if (areCores === undefined) {
+    const context = document.createElement("canvas").getContext("webgl");
+    const names = context?.getExtension("WEBGL_debug_renderer_info");
+    const name = context ? context.getParameter(names?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER) : "software";
+    areCores = /software|swiftshader|llvmpipe|basic render/i.test(name);
+    context?.getExtension("WEBGL_lose_context")?.loseContext();
+  }
+  return areCores;
+}
 
 class Player {
   constructor(timeLine) {
@@ -74,9 +89,8 @@ class Player {
   // At the next redraw of the screen; beside a search, whose cores that takes, twice per picture.
   tickNext() {
     this.rest();
-    const { most_per_s } = this.timeLine.data;
     const tick = () => this.tick();
-    if (most_per_s) this.waiting = setTimeout(tick, 500 / most_per_s);
+    if (this.mostPerS) this.waiting = setTimeout(tick, 500 / this.mostPerS);
     else this.ticking = requestAnimationFrame(tick);
   }
 
@@ -85,10 +99,15 @@ class Player {
     cancelAnimationFrame(this.ticking);
   }
 
-  // How many frames lie between two that are shown, where the number of redraws is limited.
-  get every() {
+  // How many pictures per second are shown at most; null: no limit.
+  get mostPerS() {
     const { most_per_s } = this.timeLine.data;
-    return most_per_s ? Math.max(1, Math.round((this.fps * this.speed) / most_per_s)) : 1;
+    return most_per_s && drawnByCores() ? Math.min(most_per_s, DRAWN_BY_CORES_PER_S) : most_per_s;
+  }
+
+  // How many frames lie between two that are shown, where that is limited.
+  get every() {
+    return this.mostPerS ? Math.max(1, Math.round((this.fps * this.speed) / this.mostPerS)) : 1;
   }
 
   tick() {

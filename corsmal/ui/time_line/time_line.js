@@ -92,7 +92,8 @@ class TimeLine {
     this.isShowing = true;
     while (!this.isRemoved && (this.isStale || this.frame !== this.wanted)) {
       this.isStale = false;
-      const frame = this.player.isPlaying ? this.pictures.newestReady(this.frame, this.wanted) : this.wanted;
+      const { isPlaying, every } = this.player;
+      const frame = isPlaying ? this.pictures.newestReady(this.frame, this.wanted, every) : this.wanted;
       await this.pictures.ready(frame);
       await new Promise(requestAnimationFrame);
       if (this.isRemoved || this.isStale) continue;
