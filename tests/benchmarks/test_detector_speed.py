@@ -17,7 +17,7 @@ from tests.tiny import write_tiny_dataset
 
 one_frame = pytest.mark.benchmark(group="detect a frame", max_time=1.5)
 one_recording = pytest.mark.benchmark(group="detect a recording")
-BATCH = 2
+BATCH = 4
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def test_detect_in_48_frames_and_keep_it(benchmark, detector, bare_recording, tm
 
 
 @one_recording
-def test_bare_forward_passes_in_batches_of_2(benchmark, detector, bare_recording):
+def test_bare_forward_passes_in_batches_of_4(benchmark, detector, bare_recording):
     images = []
     for view in METHOD_VIEWS:
         with bare_recording.views[view].video() as video:

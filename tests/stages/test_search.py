@@ -123,7 +123,7 @@ def test_progress_is_counted_over_all_views(without_files, store):
 
 def test_what_was_done_before_a_cancel_is_kept_and_the_next_run_does_the_rest(without_files, store):
     first, second, third = FakeDetector(), FakeDetector(), FakeDetector()
-    detect_recording(without_files, first, store=store, cancelled=lambda: first.seen >= TOTAL // 2)
+    detect_recording(without_files, first, store=store, cancelled=lambda: first.seen >= FRAMES + 4)
     # from coarse to fine: every thirty-second, sixteenth, eighth, fourth, second frame of all views, then the odd ones
     half = load_detections(without_files, store=store)
     assert inspected(half) == dict.fromkeys(METHOD_VIEWS, FRAMES // 2)
