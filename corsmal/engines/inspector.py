@@ -26,16 +26,14 @@ class ProcessInspector:
     Args:
         settings: which detector.
         workers: how many processes; default: as above, one where there is a GPU.
-
-    Attributes:
-        piece_frames: two for a GPU. A core is as fast with one: all are busy until the last frame, and of work that is
-            cancelled no more than a few seconds are completed.
     """
+
+    piece_frames = 2
+    """Work that is cancelled is completed as far as it was begun: not more than a few seconds of it."""
 
     def __init__(self, settings: DetectorSettings, *, workers: int | None = None) -> None:
         self._task = InspectTask(settings)
-        self.piece_frames = 2 if has_gpu() else 1
-        self._workers = workers or (1 if self.piece_frames > 1 else min(WORKERS_MAX, default_workers()))
+        self._workers = workers or (1 if has_gpu() else min(WORKERS_MAX, default_workers()))
         self._processes = Processes(self._workers, stays=True)
         self._frames_s: list[float] = []
 
