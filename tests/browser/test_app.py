@@ -159,7 +159,7 @@ def test_a_number_leads_to_the_page_that_explains_it_by_keys_too(page: Page, add
     link.focus()
     link.press("Enter")
     expect(page.get_by_role("heading", name="Shape", exact=True)).to_be_visible()
-    expect(page.get_by_test_id("stMetricValue").first).to_have_text(value)
+    expect(page.get_by_test_id("stMetricValue").first).to_have_text(value, timeout=120_000)  # its loops may be compiled
     page.go_back()
     page.get_by_role("button", name="Object mass", exact=True).click()
     expect(page.get_by_role("heading", name="Mass", exact=True)).to_be_visible()
