@@ -47,6 +47,8 @@ def choose(*, settled: bool = True, **changes: Any) -> None:
 def open_page(page: str, **changes: Any) -> NoReturn:
     """Go to another page, and look at something else there.
 
+    The address goes with it: a page that is opened without one writes its own, a second step of the browser's history.
+
     Args:
         page: its file's name.
         changes: fields of ``Choice``.
