@@ -85,7 +85,8 @@ def _begin(page: str) -> None:
         permalinks.remember(found)
         _choose_one_of(found)
     st.session_state[NOT_SHOWN] = partial(_draw, place, found, is_met=is_met)
-    if not is_later:
+    ends_early = not is_met or found is None or session.choice().recording is None
+    if not is_later or ends_early:  # nothing can be shown once a page has ended
         show()
     session.write_address()
     if not is_met:

@@ -44,6 +44,14 @@ def test_a_link_is_shown_nowhere_else_until_its_dataset_is_named(tiny_dataset_ro
     assert visitor.crashes == visitor.errors == []
 
 
+@pytest.mark.parametrize("begins", ["overview", "recordings"])
+def test_a_visit_that_begins_with_nothing_to_show_has_the_sidebar(begins: str, other: Path, tmp_path: Path) -> None:
+    for folder, link in ((other, {"recording": "999999"}), (tmp_path, {})):
+        visitor = Visitor(folder, begins=begins, **link)
+        visitor.test.text_input(key="data_folder").set_value(str(other)).run()
+        assert visitor.crashes == []
+
+
 def test_a_link_opens_a_dataset_that_the_server_has_opened_before(tiny_dataset_root: Path, other: Path) -> None:
     link = Visitor(tiny_dataset_root, recording="000002").link
     visitor = Visitor(other, **link)
